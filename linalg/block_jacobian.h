@@ -1,0 +1,45 @@
+#pragma once
+
+#include <raybundle/linalg/block_layout.h>
+#include <raybundle/linalg/kernels/kernel_table.h>
+#include <raybundle/linalg/parallel.h>
+
+#include <vector>
+
+namespace raybundle::linalg {
+
+/// The non-zero blocks of a Jacobian, row by row; the matrix itself is never formed.
+struct BlockJacobian {
+  explicit BlockJacobian(const BlockLayout& block_layout);
+
+  const BlockLayout* layout;         ///< outlives this
+  std::vector<double> hub_blocks;    ///< rows x (row_size x hub_size), row-major
+  std::vector<double> leaf_blocks;   ///< rows x (row_size x leaf_size), row-major
+
+  const double* blocks(Side side) const {
+    return side == Side::hubs ? hub_blocks.data() : leaf_blocks.data();
+  }
+};
+
+/// The couplings of one side in the form kernels take.
+SideView side_view(const BlockLayout& layout, Side side);
+
+/// u = J x; x has layout.unknowns() entries, u layout.residuals().
+void multiply(const BlockJacobian& J, const double* x, double* u, ThreadPool& pool);
+
+/// y = J^T u.
+void transpose_multiply(const BlockJacobian& J, const double* u, double* y, ThreadPool& pool);
+
+/// y = J_side^T u, for one side only.
+void transpose_multiply(const BlockJacobian& J, Side side, const double* u, double* y,
+                        ThreadPool& pool);
+
+/// Calls body(first, last) over the blocks of a side, in parallel.
+template <class Body>
+void for_blocks(const BlockLayout& layout, Side side, ThreadPool& pool, Body&& body) {
+  // A hub has many rows, a leaf few: about the same work per piece.
+  const std::int64_t grain = side == Side::hubs ? 1 : 128;
+  parallel_for(pool, layout.block_count(side), grain, body);
+}
+
+}  // namespace raybundle::linalg

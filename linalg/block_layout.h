@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+/// Linear algebra on blocks. The words used here (docs/notation.md):
+///   row       a few residuals that belong together (one observation)
+///   leaf      a small block of unknowns; its rows are stored together (a point)
+///   hub       a block of unknowns that many leaves share (a camera)
+///   coupling  a (leaf, hub) pair that shares at least one row; it owns one block of E
+/// The normal equations are H = [B E; E^T C] with B the hubs and C the leaves [Qu18, Eq. 3.45].
+/// Vectors of unknowns hold all hubs, then all leaves.
+namespace raybundle::linalg {
+
+enum class Side { hubs, leaves };
+
+constexpr Side opposite(Side side) { return side == Side::hubs ? Side::leaves : Side::hubs; }
+constexpr std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+/// The couplings as one side sees them: block b owns positions begin[b] .. begin[b + 1], and
+/// position p stands for coupling list[p]. Couplings are numbered leaf by leaf, so the leaves'
+/// list and position are the identity and left empty.
+struct Incidence {
+  std::vector<std::int64_t> begin;
+  std::vector<std::int64_t> list;
+  std::vector<std::int64_t> position;  ///< of a coupling; the inverse of list
+  std::vector<std::int32_t> block;     ///< of a coupling
+};
+
+/// Sizes and sparsity of a block-sparse Jacobian; built once per problem.
+struct BlockLayout {
+  int row_size = 0;   ///< residuals per row
+  int hub_size = 0;   ///< unknowns per hub
+  int leaf_size = 0;  ///< unknowns per leaf
+  std::int64_t rows = 0;
+  std::int64_t hubs = 0;
+  std::int64_t leaves = 0;
+  std::int64_t couplings = 0;
+
+  std::vector<std::int64_t> coupling_rows;  ///< rows of coupling c: [c] .. [c + 1]; empty: row c
+  Incidence hub_side;
+  Incidence leaf_side;
+
+  const Incidence& incidence(Side side) const {
+    return side == Side::hubs ? hub_side : leaf_side;
+  }
+  int block_size(Side side) const { return side == Side::hubs ? hub_size : leaf_size; }
+  std::int64_t block_count(Side side) const { return side == Side::hubs ? hubs : leaves; }
+  std::int64_t size(Side side) const { return block_count(side) * block_size(side); }
+  std::int64_t offset(Side side) const { return side == Side::hubs ? 0 : size(Side::hubs); }
+  std::int64_t unknowns() const { return size(Side::hubs) + size(Side::leaves); }
+  std::int64_t residuals() const { return rows * row_size; }
+};
+
+/// Sizes of the three kinds of block.
+struct BlockSizes {
+  int row = 2;
+  int hub = 9;
+  int leaf = 3;
+};
+
+/// Compiles the sparsity. Row r couples leaf row_leaf[r] with hub row_hub[r]; rows must be sorted
+/// by leaf, then hub (equal pairs are legal and share a coupling).
+BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves,
+                        const std::vector<std::int32_t>& row_leaf,
+                        const std::vector<std::int32_t>& row_hub);
+
+}  // namespace raybundle::linalg

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <new>
+
+#include <raybundle/linalg/cpu.h>
+#include <raybundle/linalg/kernels/dense_kernels.h>
+#include <raybundle/linalg/parallel.h>
+
+namespace raybundle::linalg {
+
+/// Cholesky factorisation A = L L^T of dense symmetric positive definite matrices of one order,
+/// independent of any BLAS.
+///
+/// A is n x n, column-major with leading dimension ld >= n; only its lower triangle is read and
+/// written (a row-major upper triangle is the same memory). The result has the same bits for any
+/// number of threads. The object owns a workspace of about n^2 / 2 numbers, allocated once; use it
+/// from one thread at a time.
+class DenseCholesky {
+ public:
+  /// For matrices of `order` >= 0. `set` is meant for tests and measurements; sets that the library
+  /// was not built for are replaced by the next lower one. Throws std::bad_alloc.
+  explicit DenseCholesky(std::int64_t order, InstructionSet set = instruction_set());
+
+  std::int64_t order() const { return order_; }
+
+  /// The instruction set in use.
+  InstructionSet instructions() const { return kernels_->set; }
+
+  /// Replaces the lower triangle of A by L. False, with unspecified content, when A is not positive
+  /// definite to working precision or not finite: a pivot of column k must be larger than
+  /// sqrt(n) eps a_kk, a few times the rounding errors it usually carries, and a normal number. The
+  /// test does not depend on how rows and columns are scaled.
+  bool factor(double* A, std::int64_t ld, ThreadPool& pool);
+
+  /// b <- (L L^T)^-1 b for the n numbers b and the L that `factor` left in A.
+  void solve(const double* A, std::int64_t ld, double* b) const;
+
+ private:
+  struct AlignedDelete {
+    void operator()(double* p) const { ::operator delete(p, alignment); }
+  };
+  using AlignedArray = std::unique_ptr<double[], AlignedDelete>;
+  static constexpr std::align_val_t alignment{64};
+  static AlignedArray allocate(std::int64_t count);
+
+  void set_thresholds(const double* A, std::int64_t ld);
+  StripRange strips_of_tile(std::int64_t tile) const;
+  void factor_tile(double* A, std::int64_t ld, std::int64_t row, std::int64_t column);
+  bool compute_tile(std::int64_t row, std::int64_t column);
+
+  std::int64_t order_;
+  const DenseKernels* kernels_;
+  std::int64_t strips_;
+  AlignedArray packed_, inverse_diagonal_, threshold_;
+  PackedTriangle triangle_;
+
+  std::int64_t tile_strips_ = 1;  ///< strips per tile in the current call
+  std::unique_ptr<std::atomic<std::int64_t>[]> finished_;  ///< tiles finished in each row of tiles
+  std::atomic<bool> failed_{false};
+};
+
+}  // namespace raybundle::linalg

@@ -1,0 +1,125 @@
+#include <raybundle/linalg/full_system.h>
+
+#include <raybundle/linalg/schur_complement.h>
+
+#include <algorithm>
+
+namespace raybundle::linalg {
+
+FullSystem::FullSystem(const BlockLayout& layout, ThreadPool& pool)
+    : layout_(layout), pool_(pool) {}
+
+void FullSystem::prepare(const Linearization& at, const double* damping) {
+  at_ = at;
+  damping_ = damping;
+}
+
+void FullSystem::gradient(double* v) { std::copy_n(at_.normal->gradient.data(), size(), v); }
+
+void FullSystem::apply(const double* x, double* y) {
+  rows_.resize(index(layout_.residuals()));
+  multiply(*at_.J, x, rows_.data(), pool_);
+  transpose_multiply(*at_.J, rows_.data(), y, pool_);
+  for (std::int64_t i = 0; i < size(); ++i) y[i] += damping_[i] * x[i];
+}
+
+void FullSystem::expand(const double* x, double* step) { std::copy_n(x, size(), step); }
+
+SymmetricPattern FullSystem::pattern() const {
+  SymmetricPattern pattern;
+  for (std::int64_t a = 0; a < layout_.hubs; ++a) pattern.offset.push_back(a * layout_.hub_size);
+  for (std::int64_t l = 0; l <= layout_.leaves; ++l) {
+    pattern.offset.push_back(layout_.offset(Side::leaves) + l * layout_.leaf_size);
+  }
+  const Incidence& hubs = layout_.hub_side;
+  pattern.row_begin.push_back(0);
+  for (std::int64_t a = 0; a < layout_.hubs; ++a) {
+    pattern.column.push_back(static_cast<std::int32_t>(a));
+    for (std::int64_t p = hubs.begin[index(a)]; p < hubs.begin[index(a + 1)]; ++p) {
+      const std::int32_t leaf = layout_.leaf_side.block[index(hubs.list[index(p)])];
+      pattern.column.push_back(static_cast<std::int32_t>(layout_.hubs) + leaf);
+    }
+    pattern.row_begin.push_back(static_cast<std::int64_t>(pattern.column.size()));
+  }
+  for (std::int64_t l = 0; l < layout_.leaves; ++l) {
+    pattern.column.push_back(static_cast<std::int32_t>(layout_.hubs + l));
+    pattern.row_begin.push_back(static_cast<std::int64_t>(pattern.column.size()));
+  }
+  return pattern;
+}
+
+void FullSystem::write_diagonal(SymmetricBlocks& A, Side side) const {
+  const int size = layout_.block_size(side);
+  const double* H = at_.normal->blocks(side);
+  const double* d = damping_ + layout_.offset(side);
+  const std::int64_t first = side == Side::hubs ? 0 : layout_.hubs;
+  for (std::int64_t b = 0; b < layout_.block_count(side); ++b) {
+    A.set_zero(first + b);
+    for (int i = 0; i < size; ++i) {
+      double* row = A.row(first + b) + i * A.stride(first + b);
+      std::copy_n(H + (b * size + i) * size, size, row);
+      row[i] += d[b * size + i];
+    }
+  }
+}
+
+void FullSystem::write_couplings(SymmetricBlocks& A) {
+  const int K = layout_.hub_size;
+  const int L = layout_.leaf_size;
+  identity_.assign(index(layout_.size(Side::leaves) * L), 0.0);
+  for (std::int64_t i = 0; i < layout_.size(Side::leaves); ++i) identity_[index(i * L + i % L)] = 1;
+  E_.resize(index(layout_.couplings * K * L));
+  std::vector<double> unused(index(layout_.size(Side::leaves)));
+  const EliminationView view = {side_view(layout_, Side::hubs), side_view(layout_, Side::leaves),
+                                at_.J->blocks(Side::hubs), at_.J->blocks(Side::leaves),
+                                identity_.data()};
+  const auto& kernels = elimination_kernels(layout_.row_size, K, L);
+  kernels.couple(view, at_.normal->gradient.data() + layout_.offset(Side::leaves), 0,
+                 layout_.leaves, E_.data(), unused.data());
+
+  const SymmetricPattern& pattern = A.pattern();
+  for (std::int64_t a = 0; a < layout_.hubs; ++a) {
+    const std::int64_t begin = layout_.hub_side.begin[index(a)];
+    const std::int64_t end = layout_.hub_side.begin[index(a + 1)];
+    for (std::int64_t p = begin; p < end; ++p) {
+      const double* E = E_.data() + layout_.hub_side.list[index(p)] * K * L;
+      double* block = A.row(a) + A.block_shift(pattern.row_begin[index(a)] + 1 + p - begin);
+      for (int k = 0; k < K; ++k) {
+        for (int l = 0; l < L; ++l) block[k * A.stride(a) + l] = E[l * K + k];
+      }
+    }
+  }
+}
+
+void FullSystem::assemble(SymmetricBlocks& A, double* v) {
+  gradient(v);
+  write_diagonal(A, Side::hubs);
+  write_diagonal(A, Side::leaves);
+  write_couplings(A);
+}
+
+void FullSystem::diagonal_blocks(Blocks /*which: nothing is eliminated*/, DiagonalBlocks& out) {
+  out.runs.resize(2);
+  std::size_t next = 0;
+  for (const Side side : {Side::hubs, Side::leaves}) {
+    const int size = layout_.block_size(side);
+    DiagonalBlocks::Run& run = out.runs[next++];
+    run.size = size;
+    run.count = layout_.block_count(side);
+    const double* H = at_.normal->blocks(side);
+    run.values.assign(H, H + run.count * size * size);
+    const double* d = damping_ + layout_.offset(side);
+    for (std::int64_t i = 0; i < run.count * size; ++i) {
+      run.values[index(i * size + i % size)] += d[i];
+    }
+  }
+}
+
+std::unique_ptr<ReducedSystem> make_reduced_system(const BlockLayout& layout,
+                                                   std::optional<Side> eliminated,
+                                                   ThreadPool& pool) {
+  if (eliminated) return std::make_unique<SchurComplement>(layout, *eliminated, pool);
+  return std::make_unique<FullSystem>(layout, pool);
+}
+
+}  // namespace raybundle::linalg

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <raybundle/linalg/reduced_system.h>
+
+namespace raybundle::linalg {
+
+/// (H + D) x = -g with nothing eliminated [Qu18, Eq. 3.61].
+class FullSystem final : public ReducedSystem {
+ public:
+  FullSystem(const BlockLayout& layout, ThreadPool& pool);
+
+  std::int64_t size() const override { return layout_.unknowns(); }
+  std::int64_t offset() const override { return 0; }
+  void prepare(const Linearization& at, const double* damping) override;
+  void gradient(double* v) override;
+  void apply(const double* x, double* y) override;
+  SymmetricPattern pattern() const override;
+  void assemble(SymmetricBlocks& A, double* v) override;
+  void expand(const double* x, double* step) override;
+  void diagonal_blocks(Blocks which, DiagonalBlocks& out) override;
+
+ private:
+  void write_diagonal(SymmetricBlocks& A, Side side) const;
+  void write_couplings(SymmetricBlocks& A);
+
+  const BlockLayout& layout_;
+  ThreadPool& pool_;
+  Linearization at_ = {};
+  const double* damping_ = nullptr;
+  std::vector<double> rows_;      // scratch, one number per residual
+  std::vector<double> identity_;  // factors of leaves that leave the coupling blocks of E as they are
+  std::vector<double> E_;         // coupling blocks, leaf x hub
+};
+
+}  // namespace raybundle::linalg

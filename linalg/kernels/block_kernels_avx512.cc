@@ -1,0 +1,2 @@
+#define RAYBUNDLE_ISA avx512
+#include <raybundle/linalg/kernels/block_kernels_impl.h>

@@ -1,0 +1,289 @@
+// The kernels of kernel_table.h as plain loops with fixed trip counts. Included once per
+// instruction set by a unit that defines RAYBUNDLE_ISA and is compiled for it; everything is local
+// to that unit and nothing of the standard library is used, so that no code compiled for one
+// instruction set can be linked in place of another's.
+//
+// R residuals per row, K unknowns per kept block, E per eliminated block, W per block of a side.
+
+#include <raybundle/linalg/kernels/kernel_table.h>
+
+namespace raybundle::linalg::RAYBUNDLE_ISA {
+namespace {
+
+using Index = std::int64_t;
+
+inline Index coupling(const SideView& side, Index p) { return side.list ? side.list[p] : p; }
+inline Index position(const SideView& side, Index c) { return side.position ? side.position[c] : c; }
+inline Index row_begin(const SideView& side, Index c) { return side.rows ? side.rows[c] : c; }
+inline Index row_end(const SideView& side, Index c) { return side.rows ? side.rows[c + 1] : c + 1; }
+
+// Calls visit(coupling, row) for every row of block b.
+template <class Visit>
+inline void for_rows(const SideView& side, Index b, Visit&& visit) {
+  for (Index p = side.begin[b]; p < side.begin[b + 1]; ++p) {
+    const Index c = coupling(side, p);
+    for (Index row = row_begin(side, c); row < row_end(side, c); ++row) visit(c, row);
+  }
+}
+
+template <int N>
+inline void clear(double* x) {
+  for (int i = 0; i < N; ++i) x[i] = 0;
+}
+
+// u += J x, with J of R x W.
+template <int R, int W>
+inline void add_product(const double* J, const double* x, double* u) {
+  for (int r = 0; r < R; ++r) {
+    double sum = 0;
+    for (int i = 0; i < W; ++i) sum += J[r * W + i] * x[i];
+    u[r] += sum;
+  }
+}
+
+// y += J^T u.
+template <int R, int W>
+inline void add_transpose_product(const double* J, const double* u, double* y) {
+  for (int r = 0; r < R; ++r) {
+    for (int i = 0; i < W; ++i) y[i] += J[r * W + i] * u[r];
+  }
+}
+
+// z = M M^T t.
+template <int E>
+inline void apply_factor(const double* M, const double* t, double* z) {
+  double y[E] = {};
+  add_transpose_product<E, E>(M, t, y);
+  clear<E>(z);
+  add_product<E, E>(M, y, z);
+}
+
+template <int R, int W>
+struct SideKernels {
+  static void transpose_multiply(const SideView& side, const double* J, const double* u,
+                                 Index first, Index last, double* y) {
+    for (Index b = first; b < last; ++b) {
+      double sum[W] = {};
+      for_rows(side, b, [&](Index, Index row) {
+        add_transpose_product<R, W>(J + row * R * W, u + row * R, sum);
+      });
+      for (int i = 0; i < W; ++i) y[b * W + i] = sum[i];
+    }
+  }
+
+  static void normal_blocks(const SideView& side, const double* J, const double* r, Index first,
+                            Index last, double* H, double* g) {
+    for (Index b = first; b < last; ++b) {
+      double block[W * W] = {};
+      double sum[W] = {};
+      for_rows(side, b, [&](Index, Index row) {
+        const double* J_row = J + row * R * W;
+        for (int k = 0; k < R; ++k) {
+          for (int i = 0; i < W; ++i) {
+            for (int j = 0; j < W; ++j) block[i * W + j] += J_row[k * W + i] * J_row[k * W + j];
+          }
+        }
+        add_transpose_product<R, W>(J_row, r + row * R, sum);
+      });
+      for (int i = 0; i < W * W; ++i) H[b * W * W + i] = block[i];
+      for (int i = 0; i < W; ++i) g[b * W + i] = sum[i];
+    }
+  }
+};
+
+template <int R, int K, int E>
+struct RowKernels {
+  // K unknowns per hub, E per leaf.
+  static void multiply(const SideView& leaves, const SideView& hubs, const double* J_hub,
+                       const double* J_leaf, const double* x_hub, const double* x_leaf,
+                       Index first, Index last, double* u) {
+    for (Index b = first; b < last; ++b) {
+      for_rows(leaves, b, [&](Index c, Index row) {
+        double sum[R] = {};
+        add_product<R, K>(J_hub + row * R * K, x_hub + hubs.block[c] * K, sum);
+        add_product<R, E>(J_leaf + row * R * E, x_leaf + b * E, sum);
+        for (int k = 0; k < R; ++k) u[row * R + k] = sum[k];
+      });
+    }
+  }
+};
+
+// M with M M^T = A^-1 for one block; false when a pivot is not above tolerance * its diagonal.
+template <int E>
+inline bool inverse_factor(const double* A, double tolerance, double* M) {
+  double L[E * E];
+  for (int j = 0; j < E; ++j) {
+    double pivot = A[j * E + j];
+    for (int k = 0; k < j; ++k) pivot -= L[j * E + k] * L[j * E + k];
+    if (!(pivot > tolerance * A[j * E + j]) || !(pivot < 1e300)) return false;
+    const double root = __builtin_sqrt(pivot);
+    const double inverse = 1 / root;
+    L[j * E + j] = inverse;  // the inverse diagonal: all that is used of it
+    for (int i = j + 1; i < E; ++i) {
+      double sum = A[i * E + j];
+      for (int k = 0; k < j; ++k) sum -= L[i * E + k] * L[j * E + k];
+      L[i * E + j] = sum * inverse;
+    }
+  }
+  for (int j = 0; j < E; ++j) {  // column j of L^-1 is row j of M = L^-T
+    for (int i = 0; i < j; ++i) M[j * E + i] = 0;
+    M[j * E + j] = L[j * E + j];
+    for (int i = j + 1; i < E; ++i) {
+      double sum = 0;
+      for (int k = j; k < i; ++k) sum += L[i * E + k] * M[j * E + k];
+      M[j * E + i] = -sum * L[i * E + i];
+    }
+  }
+  return true;
+}
+
+template <int R, int K, int E>
+struct Eliminate {
+  static Index factor(const double* H, const double* d, double tolerance, Index first, Index last,
+                      double* M, Index* failed) {
+    Index failures = 0;
+    for (Index e = first; e < last; ++e) {
+      double A[E * E];
+      for (int i = 0; i < E * E; ++i) A[i] = H[e * E * E + i];
+      for (int i = 0; i < E; ++i) A[i * E + i] += d[e * E + i];
+      if (!inverse_factor<E>(A, tolerance, M + e * E * E)) failed[failures++] = e;
+    }
+    return failures;
+  }
+
+  // W^T = M^T J_e^T J_k of one coupling, E x K.
+  static void coupling_block(const EliminationView& view, Index c, const double* M, double* W) {
+    clear<E * K>(W);
+    for (Index row = row_begin(view.kept, c); row < row_end(view.kept, c); ++row) {
+      for (int r = 0; r < R; ++r) {
+        double u[E] = {};
+        add_transpose_product<E, E>(M, view.J_eliminated + (row * R + r) * E, u);
+        const double* J_row = view.J_kept + (row * R + r) * K;
+        for (int e = 0; e < E; ++e) {
+          for (int k = 0; k < K; ++k) W[e * K + k] += u[e] * J_row[k];
+        }
+      }
+    }
+  }
+
+  static void couple(const EliminationView& view, const double* g_eliminated, Index first,
+                     Index last, double* W, double* y) {
+    for (Index e = first; e < last; ++e) {
+      clear<E>(y + e * E);
+      add_transpose_product<E, E>(view.M + e * E * E, g_eliminated + e * E, y + e * E);
+      for (Index p = view.eliminated.begin[e]; p < view.eliminated.begin[e + 1]; ++p) {
+        const Index c = coupling(view.eliminated, p);
+        coupling_block(view, c, view.M + e * E * E, W + c * E * K);
+      }
+    }
+  }
+
+  static void project(const EliminationView& view, const double* x_kept, bool reset, Index first,
+                      Index last, double* u) {
+    for (Index e = first; e < last; ++e) {
+      double t[E] = {};
+      for_rows(view.eliminated, e, [&](Index c, Index row) {
+        double* u_row = u + row * R;
+        if (reset) clear<R>(u_row);
+        if (x_kept) {
+          add_product<R, K>(view.J_kept + row * R * K, x_kept + view.kept.block[c] * K, u_row);
+        }
+        add_transpose_product<R, E>(view.J_eliminated + row * R * E, u_row, t);
+      });
+      double z[E];
+      apply_factor<E>(view.M + e * E * E, t, z);
+      for (int i = 0; i < E; ++i) z[i] = -z[i];
+      for_rows(view.eliminated, e, [&](Index, Index row) {
+        add_product<R, E>(view.J_eliminated + row * R * E, z, u + row * R);
+      });
+    }
+  }
+
+  static void back_substitute(const EliminationView& view, const double* g_eliminated,
+                              const double* x_kept, Index first, Index last,
+                              double* x_eliminated) {
+    for (Index e = first; e < last; ++e) {
+      double t[E];
+      for (int i = 0; i < E; ++i) t[i] = g_eliminated[e * E + i];
+      for_rows(view.eliminated, e, [&](Index c, Index row) {
+        double u[R] = {};
+        add_product<R, K>(view.J_kept + row * R * K, x_kept + view.kept.block[c] * K, u);
+        add_transpose_product<R, E>(view.J_eliminated + row * R * E, u, t);
+      });
+      double z[E];
+      apply_factor<E>(view.M + e * E * E, t, z);
+      for (int i = 0; i < E; ++i) x_eliminated[e * E + i] = -z[i];
+    }
+  }
+
+  // S -= A^T B for coupling blocks A, B of E x K.
+  static void subtract_product(const double* A, const double* B, double* S, Index stride) {
+    double b[E * K];
+    for (int i = 0; i < E * K; ++i) b[i] = B[i];
+    for (int i = 0; i < K; ++i) {
+      double sum[K] = {};
+      for (int e = 0; e < E; ++e) {
+        for (int k = 0; k < K; ++k) sum[k] += A[e * K + i] * b[e * K + k];
+      }
+      for (int k = 0; k < K; ++k) S[i * stride + k] -= sum[k];
+    }
+  }
+
+  static void subtract_products(const EliminationView& view, const double* W, const double* y,
+                                Index a, const BlockRowView& block_row, double* v) {
+    for (Index p = view.kept.begin[a]; p < view.kept.begin[a + 1]; ++p) {
+      const Index c = coupling(view.kept, p);
+      const Index e = view.eliminated.block[c];
+      for (int i = 0; i < E; ++i) {
+        for (int k = 0; k < K; ++k) v[a * K + k] -= W[c * E * K + i * K + k] * y[e * E + i];
+      }
+      for (Index q = position(view.eliminated, c); q < view.eliminated.begin[e + 1]; ++q) {
+        const Index other = coupling(view.eliminated, q);
+        const Index slot = block_row.slot_of[view.kept.block[other]];
+        subtract_product(W + c * E * K, W + other * E * K, block_row.values + slot * K,
+                         block_row.stride);
+      }
+    }
+  }
+
+  static void diagonal_blocks(const EliminationView& view, const double* H_kept, Index first,
+                              Index last, double* S_diagonal) {
+    for (Index a = first; a < last; ++a) {
+      double* S = S_diagonal + a * K * K;
+      for (int i = 0; i < K * K; ++i) S[i] = H_kept[a * K * K + i];
+      for (Index p = view.kept.begin[a]; p < view.kept.begin[a + 1]; ++p) {
+        const Index c = coupling(view.kept, p);
+        double W[E * K];
+        coupling_block(view, c, view.M + view.eliminated.block[c] * Index{E * E}, W);
+        subtract_product(W, W, S, K);
+      }
+    }
+  }
+};
+
+template <int R, int HubSize, int LeafSize>
+constexpr BlockKernels make_block_kernels() {
+  return {&RowKernels<R, HubSize, LeafSize>::multiply,
+          &SideKernels<R, HubSize>::transpose_multiply,
+          &SideKernels<R, LeafSize>::transpose_multiply,
+          &SideKernels<R, HubSize>::normal_blocks,
+          &SideKernels<R, LeafSize>::normal_blocks};
+}
+
+template <int R, int K, int E>
+constexpr EliminationKernels make_elimination_kernels() {
+  using Kernels = Eliminate<R, K, E>;
+  return {&Kernels::factor,          &Kernels::couple,          &Kernels::project,
+          &Kernels::back_substitute, &Kernels::subtract_products, &Kernels::diagonal_blocks};
+}
+
+}  // namespace
+
+extern const BlockKernels blocks_2_9_3 = make_block_kernels<2, 9, 3>();
+extern const BlockKernels blocks_2_6_3 = make_block_kernels<2, 6, 3>();
+extern const EliminationKernels eliminate_2_9_3 = make_elimination_kernels<2, 9, 3>();
+extern const EliminationKernels eliminate_2_3_9 = make_elimination_kernels<2, 3, 9>();
+extern const EliminationKernels eliminate_2_6_3 = make_elimination_kernels<2, 6, 3>();
+extern const EliminationKernels eliminate_2_3_6 = make_elimination_kernels<2, 3, 6>();
+
+}  // namespace raybundle::linalg::RAYBUNDLE_ISA

@@ -1,0 +1,420 @@
+// The kernels of dense_kernels.h in terms of a vector of RAYBUNDLE_LANES doubles. Included by one
+// file per instruction set, which defines that macro; everything lives in an anonymous namespace,
+// and nothing of the standard library is called, so that no inline function compiled for one
+// processor can be linked into code for another.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#if RAYBUNDLE_LANES > 2
+#include <immintrin.h>
+#endif
+
+#include <raybundle/linalg/kernels/dense_kernels.h>
+
+#define RAYBUNDLE_INLINE __attribute__((always_inline)) inline
+#define RAYBUNDLE_UNROLL _Pragma("GCC unroll 32")
+
+namespace raybundle::linalg {
+namespace {
+
+using Index = std::int64_t;
+
+constexpr int lanes = RAYBUNDLE_LANES;
+using Vec [[gnu::vector_size(8 * lanes)]] = double;
+using UnalignedVec [[gnu::vector_size(8 * lanes), gnu::aligned(8), gnu::may_alias]] = double;
+
+#if RAYBUNDLE_LANES == 8
+constexpr InstructionSet instructions = InstructionSet::avx512;
+constexpr int strip_vectors = 3;
+constexpr int step = 8;
+RAYBUNDLE_INLINE Vec splat(double s) { return _mm512_set1_pd(s); }
+RAYBUNDLE_INLINE Vec subtract_product(Vec c, Vec a, Vec b) { return _mm512_fnmadd_pd(a, b, c); }
+RAYBUNDLE_INLINE Vec square_root(Vec v) { return _mm512_maskz_sqrt_pd(0xff, v); }
+#elif RAYBUNDLE_LANES == 4
+constexpr InstructionSet instructions = InstructionSet::avx2;
+constexpr int strip_vectors = 3;
+constexpr int step = 4;
+RAYBUNDLE_INLINE Vec splat(double s) { return _mm256_set1_pd(s); }
+RAYBUNDLE_INLINE Vec subtract_product(Vec c, Vec a, Vec b) { return _mm256_fnmadd_pd(a, b, c); }
+RAYBUNDLE_INLINE Vec square_root(Vec v) { return _mm256_sqrt_pd(v); }
+#else
+constexpr InstructionSet instructions = InstructionSet::baseline;
+constexpr int strip_vectors = 2;
+constexpr int step = 4;
+RAYBUNDLE_INLINE Vec splat(double s) { return Vec{s, s}; }
+RAYBUNDLE_INLINE Vec subtract_product(Vec c, Vec a, Vec b) { return c - a * b; }
+RAYBUNDLE_INLINE Vec square_root(Vec v) {
+  return Vec{__builtin_sqrt(v[0]), __builtin_sqrt(v[1])};
+}
+#endif
+
+constexpr Index strip = strip_vectors * lanes;
+
+RAYBUNDLE_INLINE Vec load(const double* p) { return *reinterpret_cast<const Vec*>(p); }
+RAYBUNDLE_INLINE Vec load_unaligned(const double* p) {
+  return *reinterpret_cast<const UnalignedVec*>(p);
+}
+RAYBUNDLE_INLINE void store(double* p, Vec v) { *reinterpret_cast<Vec*>(p) = v; }
+RAYBUNDLE_INLINE void store_unaligned(double* p, Vec v) {
+  *reinterpret_cast<UnalignedVec*>(p) = v;
+}
+
+RAYBUNDLE_INLINE Index smaller(Index a, Index b) { return a < b ? a : b; }
+RAYBUNDLE_INLINE Index larger(Index a, Index b) { return a > b ? a : b; }
+
+/// The first number of strip p.
+RAYBUNDLE_INLINE double* strip_begin(const PackedTriangle& L, Index p) {
+  return L.values + strip * strip / 2 * p * (p + 1);
+}
+
+/// Vectors of strip p that hold rows of the (padded) matrix.
+RAYBUNDLE_INLINE int vectors_in(const PackedTriangle& L, Index p) {
+  const Index padded = (L.order + step - 1) / step * step;
+  return static_cast<int>(smaller(strip, padded - p * strip) / lanes);
+}
+
+/// Columns of strip p that belong to the (padded) matrix.
+RAYBUNDLE_INLINE Index columns_in(const PackedTriangle& L, Index p) {
+  const Index padded = (L.order + step - 1) / step * step;
+  return smaller(strip, padded - p * strip);
+}
+
+/// A block of V vectors (of rows) by `step` columns held in registers.
+template <int V>
+struct Block {
+  Vec x[step][static_cast<std::size_t>(V)];
+};
+
+template <int V>
+RAYBUNDLE_INLINE void load_block(Block<V>& block, const double* c) {
+  RAYBUNDLE_UNROLL
+  for (int j = 0; j < step; ++j) {
+    RAYBUNDLE_UNROLL
+    for (int v = 0; v < V; ++v) block.x[j][v] = load(c + j * strip + v * lanes);
+  }
+}
+
+template <int V>
+RAYBUNDLE_INLINE void store_block(const Block<V>& block, double* c) {
+  RAYBUNDLE_UNROLL
+  for (int j = 0; j < step; ++j) {
+    RAYBUNDLE_UNROLL
+    for (int v = 0; v < V; ++v) store(c + j * strip + v * lanes, block.x[j][v]);
+  }
+}
+
+/// block -= A B^T over `depth` columns of two strips; a and b point to their first rows.
+template <int V>
+RAYBUNDLE_INLINE void subtract_products(Block<V>& block, const double* a, const double* b,
+                                        Index depth) {
+  for (Index k = 0; k < depth; ++k, a += strip, b += strip) {
+    Vec left[static_cast<std::size_t>(V)];
+    RAYBUNDLE_UNROLL
+    for (int v = 0; v < V; ++v) left[v] = load(a + v * lanes);
+    RAYBUNDLE_UNROLL
+    for (int j = 0; j < step; ++j) {
+      const Vec right = splat(b[j]);
+      RAYBUNDLE_UNROLL
+      for (int v = 0; v < V; ++v) block.x[j][v] = subtract_product(block.x[j][v], left[v], right);
+    }
+  }
+}
+
+/// c -= A B^T.
+template <int V>
+void update_block(double* c, const double* a, const double* b, Index depth) {
+  Block<V> block;
+  load_block(block, c);
+  subtract_products(block, a, b, depth);
+  store_block(block, c);
+}
+
+/// c <- (c - A B^T) T^-T with the lower triangular `step` x `step` block T (columns `strip` apart).
+template <int V>
+void solve_block(double* c, const double* a, const double* b, Index depth, const double* triangle,
+                 const double* inverse_diagonal) {
+  Block<V> block;
+  load_block(block, c);
+  subtract_products(block, a, b, depth);
+  RAYBUNDLE_UNROLL
+  for (int k = 0; k < step; ++k) {
+    const Vec inverse = splat(inverse_diagonal[k]);
+    RAYBUNDLE_UNROLL
+    for (int v = 0; v < V; ++v) block.x[k][v] *= inverse;
+    RAYBUNDLE_UNROLL
+    for (int j = k + 1; j < step; ++j) {
+      const Vec factor = splat(triangle[k * strip + j]);
+      RAYBUNDLE_UNROLL
+      for (int v = 0; v < V; ++v) {
+        block.x[j][v] = subtract_product(block.x[j][v], block.x[k][v], factor);
+      }
+    }
+  }
+  store_block(block, c);
+}
+
+/// Factorises `step` columns of a strip from their diagonal down, after subtracting A B^T. Works as
+/// L D L^T, to keep the square roots off the chain of pivots, and scales at the end.
+template <int V>
+bool factor_block(double* c, const double* a, const double* b, Index depth, double* inverse_diagonal,
+                  const double* threshold) {
+  Block<V> block;
+  load_block(block, c);
+  subtract_products(block, a, b, depth);
+  alignas(8 * lanes) double pivots[step];
+  RAYBUNDLE_UNROLL
+  for (int k = 0; k < step; ++k) {
+    pivots[k] = block.x[k][k / lanes][k % lanes];
+    const Vec inverse = splat(1.0 / pivots[k]);
+    Vec multipliers[step / lanes];
+    RAYBUNDLE_UNROLL
+    for (int v = k / lanes; v < step / lanes; ++v) multipliers[v] = block.x[k][v] * inverse;
+    RAYBUNDLE_UNROLL
+    for (int j = k + 1; j < step; ++j) {
+      const Vec factor = splat(multipliers[j / lanes][j % lanes]);
+      RAYBUNDLE_UNROLL
+      for (int v = 0; v < V; ++v) {
+        block.x[j][v] = subtract_product(block.x[j][v], block.x[k][v], factor);
+      }
+    }
+  }
+  RAYBUNDLE_UNROLL
+  for (int v = 0; v < step / lanes; ++v) {
+    store_unaligned(inverse_diagonal + v * lanes,
+                    splat(1.0) / square_root(load(pivots + v * lanes)));
+  }
+  bool positive = true;
+  RAYBUNDLE_UNROLL
+  for (int k = 0; k < step; ++k) {
+    positive &= pivots[k] > threshold[k] && pivots[k] < __DBL_MAX__ && pivots[k] > __DBL_MIN__;
+    const Vec scale = splat(inverse_diagonal[k]);
+    RAYBUNDLE_UNROLL
+    for (int v = 0; v < V; ++v) block.x[k][v] *= scale;
+  }
+  store_block(block, c);
+  return positive;
+}
+
+/// Calls update_block<V> or solve_block<V> for the number of vectors a strip has.
+RAYBUNDLE_INLINE void update_rows(int vectors, double* c, const double* a, const double* b,
+                                  Index depth) {
+  if (vectors == 3) {
+    update_block<3>(c, a, b, depth);
+  } else if (vectors == 2) {
+    update_block<2>(c, a, b, depth);
+  } else {
+    update_block<1>(c, a, b, depth);
+  }
+}
+
+RAYBUNDLE_INLINE void solve_rows(int vectors, double* c, const double* a, const double* b,
+                                 Index depth, const double* triangle, const double* inverse) {
+  if (vectors == 3) {
+    solve_block<3>(c, a, b, depth, triangle, inverse);
+  } else if (vectors == 2) {
+    solve_block<2>(c, a, b, depth, triangle, inverse);
+  } else {
+    solve_block<1>(c, a, b, depth, triangle, inverse);
+  }
+}
+
+RAYBUNDLE_INLINE bool factor_rows(int vectors, double* c, const double* a, const double* b,
+                                  Index depth, double* inverse, const double* threshold) {
+  constexpr int least = step / lanes;
+  if constexpr (strip_vectors == 3) {
+    if (vectors == 3) return factor_block<3>(c, a, b, depth, inverse, threshold);
+  }
+  if (vectors == 2) return factor_block<2>(c, a, b, depth, inverse, threshold);
+  return factor_block<least>(c, a, b, depth, inverse, threshold);
+}
+
+/// The columns of strip q right of its first `from` strips, as operand of a product.
+RAYBUNDLE_INLINE double* strip_from(const PackedTriangle& L, Index q, Index from) {
+  return strip_begin(L, q) + from * strip * strip;
+}
+
+/// Copies `height` numbers of a column into a strip and fills the rest with zeros.
+RAYBUNDLE_INLINE void pack_column(const double* from, Index height, double* to) {
+  if (height == strip) {
+    RAYBUNDLE_UNROLL
+    for (int v = 0; v < strip_vectors; ++v) store(to + v * lanes, load_unaligned(from + v * lanes));
+    return;
+  }
+  for (Index r = 0; r < height; ++r) to[r] = from[r];
+  for (Index r = height; r < strip; ++r) to[r] = 0.0;
+}
+
+RAYBUNDLE_INLINE void unpack_column(const double* from, Index height, double* to) {
+  if (height == strip) {
+    RAYBUNDLE_UNROLL
+    for (int v = 0; v < strip_vectors; ++v) store_unaligned(to + v * lanes, load(from + v * lanes));
+    return;
+  }
+  for (Index r = 0; r < height; ++r) to[r] = from[r];
+}
+
+/// The diagonal block of strip p, with zeros above the diagonal and the identity as padding.
+void pack_diagonal(const double* A, Index ld, const PackedTriangle& L, Index p) {
+  const Index top = p * strip;
+  const Index height = smaller(strip, L.order - top);
+  double* to = strip_begin(L, p) + top * strip;
+  for (Index c = 0; c < columns_in(L, p); ++c, to += strip) {
+    RAYBUNDLE_UNROLL
+    for (int v = 0; v < strip_vectors; ++v) store(to + v * lanes, Vec{});
+    if (c >= height) {
+      to[c] = 1.0;
+      continue;
+    }
+    const double* const from = A + (top + c) * ld + top;
+    for (Index r = c; r < height; ++r) to[r] = from[r];
+  }
+}
+
+void pack(const double* A, Index ld, const PackedTriangle& L, StripRange rows, StripRange columns) {
+  for (Index p = rows.begin; p < rows.end; ++p) {
+    const Index top = p * strip;
+    const Index height = smaller(strip, L.order - top);
+    double* const to = strip_begin(L, p);
+    const Index right = smaller(columns.end, p) * strip;
+    for (Index c = columns.begin * strip; c < right; ++c) {
+      pack_column(A + c * ld + top, height, to + c * strip);
+    }
+    if (p < columns.end) pack_diagonal(A, ld, L, p);
+  }
+}
+
+void unpack(const PackedTriangle& L, double* A, Index ld, StripRange rows, StripRange columns) {
+  for (Index p = rows.begin; p < rows.end; ++p) {
+    const Index top = p * strip;
+    const Index height = smaller(strip, L.order - top);
+    const double* const from = strip_begin(L, p);
+    const Index right = smaller(columns.end, p) * strip;
+    for (Index c = columns.begin * strip; c < right; ++c) {
+      unpack_column(from + c * strip, height, A + c * ld + top);
+    }
+    if (p >= columns.end) continue;
+    for (Index c = 0; c < height; ++c) {
+      const double* const column = from + (top + c) * strip;
+      double* const to = A + (top + c) * ld + top;
+      for (Index r = c; r < height; ++r) to[r] = column[r];
+    }
+  }
+}
+
+void update(const PackedTriangle& L, StripRange rows, StripRange columns, StripRange inner) {
+  const Index depth = (inner.end - inner.begin) * strip;
+  for (Index q = columns.begin; q < columns.end; ++q) {
+    for (Index j = 0; j < columns_in(L, q); j += step) {
+      const double* const b = strip_from(L, q, inner.begin) + j;
+      for (Index p = larger(rows.begin, q); p < rows.end; ++p) {
+        const Index skipped = p == q ? j : 0;  // rows above the diagonal
+        update_rows(vectors_in(L, p) - static_cast<int>(skipped) / lanes,
+                    strip_begin(L, p) + (q * strip + j) * strip + skipped,
+                    strip_from(L, p, inner.begin) + skipped, b, depth);
+      }
+    }
+  }
+}
+
+void solve(const PackedTriangle& L, StripRange rows, StripRange columns, Index from) {
+  for (Index p = rows.begin; p < rows.end; ++p) {
+    double* const strip_values = strip_begin(L, p);
+    const double* const a = strip_from(L, p, from);
+    for (Index q = columns.begin; q < columns.end; ++q) {
+      for (Index j = 0; j < strip; j += step) {
+        const Index column = q * strip + j;
+        solve_rows(vectors_in(L, p), strip_values + column * strip, a, strip_from(L, q, from) + j,
+                   column - from * strip, strip_begin(L, q) + column * strip + j,
+                   L.inverse_diagonal + column);
+      }
+    }
+  }
+}
+
+bool factor(const PackedTriangle& L, StripRange diagonal, Index from) {
+  for (Index p = diagonal.begin; p < diagonal.end; ++p) {
+    solve(L, {p, p + 1}, {diagonal.begin, p}, from);
+    const double* const a = strip_from(L, p, from);
+    for (Index j = 0; j < columns_in(L, p); j += step) {
+      const Index column = p * strip + j;
+      if (!factor_rows(vectors_in(L, p) - static_cast<int>(j) / lanes,
+                       strip_begin(L, p) + column * strip + j, a + j, a + j,
+                       column - from * strip, L.inverse_diagonal + column, L.threshold + column)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+constexpr int solve_columns = 8;
+
+/// x <- T^-1 x for the lower triangle T of order `count` <= solve_columns.
+RAYBUNDLE_INLINE void forward_triangle(Index count, const double* T, Index ld, double* x) {
+  for (Index c = 0; c < count; ++c) {
+    x[c] /= T[c * ld + c];
+    for (Index r = c + 1; r < count; ++r) x[r] -= T[c * ld + r] * x[c];
+  }
+}
+
+RAYBUNDLE_INLINE void backward_triangle(Index count, const double* T, Index ld, double* x) {
+  for (Index c = count - 1; c >= 0; --c) {
+    for (Index r = c + 1; r < count; ++r) x[c] -= T[c * ld + r] * x[r];
+    x[c] /= T[c * ld + c];
+  }
+}
+
+void forward(Index n, const double* A, Index ld, double* b) {
+  for (Index k = 0; k < n; k += solve_columns) {
+    const double* const columns = A + k * ld;
+    const Index count = smaller(solve_columns, n - k);
+    forward_triangle(count, columns + k, ld, b + k);
+    if (count < solve_columns) return;
+    Vec x[solve_columns];
+    RAYBUNDLE_UNROLL
+    for (int c = 0; c < solve_columns; ++c) x[c] = splat(b[k + c]);
+    Index r = k + solve_columns;
+    for (; r + lanes <= n; r += lanes) {
+      Vec sum = load_unaligned(b + r);
+      RAYBUNDLE_UNROLL
+      for (int c = 0; c < solve_columns; ++c) {
+        sum = subtract_product(sum, load_unaligned(columns + c * ld + r), x[c]);
+      }
+      store_unaligned(b + r, sum);
+    }
+    for (; r < n; ++r) {
+      for (Index c = 0; c < solve_columns; ++c) b[r] -= columns[c * ld + r] * b[k + c];
+    }
+  }
+}
+
+void backward(Index n, const double* A, Index ld, double* b) {
+  const Index whole = n / solve_columns * solve_columns;
+  backward_triangle(n - whole, A + whole * ld + whole, ld, b + whole);
+  for (Index k = whole - solve_columns; k >= 0; k -= solve_columns) {
+    const double* const columns = A + k * ld;
+    Vec sum[solve_columns] = {};
+    Index r = k + solve_columns;
+    for (; r + lanes <= n; r += lanes) {
+      const Vec x = load_unaligned(b + r);
+      RAYBUNDLE_UNROLL
+      for (int c = 0; c < solve_columns; ++c) {
+        sum[c] = subtract_product(sum[c], load_unaligned(columns + c * ld + r), x);
+      }
+    }
+    RAYBUNDLE_UNROLL
+    for (int c = 0; c < solve_columns; ++c) {
+      for (int lane = 0; lane < lanes; ++lane) b[k + c] += sum[c][lane];
+      for (Index tail = r; tail < n; ++tail) b[k + c] -= columns[c * ld + tail] * b[tail];
+    }
+    backward_triangle(solve_columns, columns + k, ld, b + k);
+  }
+}
+
+constexpr DenseKernels kernels{instructions, strip,  step,  pack,    unpack,
+                               update,       solve,  factor, forward, backward};
+
+}  // namespace
+}  // namespace raybundle::linalg

@@ -1,0 +1,37 @@
+#include <raybundle/linalg/normal_equations.h>
+
+#include <algorithm>
+
+namespace raybundle::linalg {
+
+NormalEquations::NormalEquations(const BlockLayout& block_layout)
+    : layout(&block_layout),
+      B(index(layout->size(Side::hubs) * layout->hub_size)),
+      C(index(layout->size(Side::leaves) * layout->leaf_size)),
+      gradient(index(layout->unknowns())) {}
+
+void NormalEquations::form(const BlockJacobian& J, const double* r, ThreadPool& pool) {
+  const auto& kernels = block_kernels(layout->row_size, layout->hub_size, layout->leaf_size);
+  for (const Side side : {Side::leaves, Side::hubs}) {
+    const SideView view = side_view(*layout, side);
+    const bool hubs = side == Side::hubs;
+    const auto kernel = hubs ? kernels.normal_blocks_hubs : kernels.normal_blocks_leaves;
+    double* H = hubs ? B.data() : C.data();
+    double* g = gradient.data() + layout->offset(side);
+    for_blocks(*layout, side, pool, [&](std::int64_t first, std::int64_t last) {
+      kernel(view, J.blocks(side), r, first, last, H, g);
+    });
+  }
+}
+
+void NormalEquations::diagonal(double low, double high, double* d) const {
+  for (const Side side : {Side::hubs, Side::leaves}) {
+    const int size = layout->block_size(side);
+    const double* block = blocks(side);
+    for (std::int64_t b = 0; b < layout->block_count(side); ++b, block += size * size) {
+      for (int i = 0; i < size; ++i) *d++ = std::clamp(block[i * size + i], low, high);
+    }
+  }
+}
+
+}  // namespace raybundle::linalg

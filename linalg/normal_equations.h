@@ -1,0 +1,28 @@
+#pragma once
+
+#include <raybundle/linalg/block_jacobian.h>
+
+#include <vector>
+
+namespace raybundle::linalg {
+
+/// The gradient and the diagonal blocks of H = J^T J [Qu18, Eq. 3.42-3.47]. E is left in the
+/// Jacobian.
+struct NormalEquations {
+  explicit NormalEquations(const BlockLayout& layout);
+
+  /// g = J^T r, B = J_hub^T J_hub, C = J_leaf^T J_leaf.
+  void form(const BlockJacobian& J, const double* r, ThreadPool& pool);
+
+  const double* blocks(Side side) const { return side == Side::hubs ? B.data() : C.data(); }
+
+  /// Writes diag(H), clamped to [low, high], to d (all unknowns).
+  void diagonal(double low, double high, double* d) const;
+
+  const BlockLayout* layout;     ///< outlives this
+  std::vector<double> B;         ///< hubs x (hub_size x hub_size), symmetric
+  std::vector<double> C;         ///< leaves x (leaf_size x leaf_size), symmetric
+  std::vector<double> gradient;  ///< hubs, then leaves
+};
+
+}  // namespace raybundle::linalg

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <raybundle/linalg/block_jacobian.h>
+#include <raybundle/linalg/normal_equations.h>
+#include <raybundle/linalg/symmetric_blocks.h>
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace raybundle::linalg {
+
+/// The linearisation a step is computed from; everything outlives the solve of the step.
+struct Linearization {
+  const BlockJacobian* J;
+  const NormalEquations* normal;
+  const double* residual;
+};
+
+/// Square blocks along a diagonal, in runs of equal size.
+struct DiagonalBlocks {
+  struct Run {
+    int size;
+    std::int64_t count;
+    std::vector<double> values;  ///< count x (size x size), symmetric
+  };
+  std::vector<Run> runs;
+};
+
+/// The system (H + D) p = -g after the elimination of one side, or of none:
+///   A x = -v, with A = S_C or S_B [Qu18, Eq. 3.64-3.66, 3.70-3.72], or H + D itself.
+/// D is a diagonal of all unknowns. Eliminating leaves and eliminating hubs is the same code with
+/// the sides exchanged.
+class ReducedSystem {
+ public:
+  virtual ~ReducedSystem() = default;
+
+  /// Unknowns of x, and where they stand in a vector of all unknowns.
+  virtual std::int64_t size() const = 0;
+  virtual std::int64_t offset() const = 0;
+
+  /// Takes a linearisation and a damping; what is needed by all below is computed here.
+  virtual void prepare(const Linearization& at, const double* damping) = 0;
+
+  /// v, without forming A.
+  virtual void gradient(double* v) = 0;
+  /// y = A x, without forming A.
+  virtual void apply(const double* x, double* y) = 0;
+
+  /// Sparsity of A.
+  virtual SymmetricPattern pattern() const = 0;
+  /// A and v together.
+  virtual void assemble(SymmetricBlocks& A, double* v) = 0;
+
+  /// The full step from x: back-substitution [Qu18, Eq. 3.67, 3.73].
+  virtual void expand(const double* x, double* step) = 0;
+
+  enum class Blocks { undiminished, reduced };
+  /// The diagonal blocks of the damped H on the kept side, or of A.
+  virtual void diagonal_blocks(Blocks which, DiagonalBlocks& out) = 0;
+};
+
+/// `layout` and `pool` outlive the system. No side to eliminate: the full system.
+std::unique_ptr<ReducedSystem> make_reduced_system(const BlockLayout& layout,
+                                                   std::optional<Side> eliminated,
+                                                   ThreadPool& pool);
+
+}  // namespace raybundle::linalg

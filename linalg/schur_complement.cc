@@ -1,0 +1,196 @@
+#include <raybundle/linalg/schur_complement.h>
+
+#include <raybundle/linalg/block_factor.h>
+
+#include <algorithm>
+#include <array>
+#include <mutex>
+
+namespace raybundle::linalg {
+
+SchurComplement::SchurComplement(const BlockLayout& layout, Side eliminated, ThreadPool& pool)
+    : layout_(layout),
+      pool_(pool),
+      kept_(opposite(eliminated)),
+      eliminated_(eliminated),
+      kernels_(elimination_kernels(layout.row_size, layout.block_size(kept_),
+                                   layout.block_size(eliminated_))),
+      M_(index(layout.size(eliminated) * layout.block_size(eliminated))) {}
+
+EliminationView SchurComplement::view() const {
+  return {side_view(layout_, kept_), side_view(layout_, eliminated_), at_.J->blocks(kept_),
+          at_.J->blocks(eliminated_), M_.data()};
+}
+
+void SchurComplement::prepare(const Linearization& at, const double* damping) {
+  at_ = at;
+  damping_ = damping;
+  factor();
+}
+
+void SchurComplement::factor() {
+  constexpr std::int64_t grain = 128;
+  std::mutex mutex;
+  std::vector<std::int64_t> deficient;
+  const double* H = at_.normal->blocks(eliminated_);
+  parallel_for(pool_, layout_.block_count(eliminated_), grain,
+               [&](std::int64_t first, std::int64_t last) {
+                 std::array<std::int64_t, grain> failed;
+                 for (; first < last; first += grain) {
+                   const std::int64_t end = std::min(last, first + grain);
+                   const std::int64_t count =
+                       kernels_.factor(H, damping(eliminated_), pivot_tolerance, first, end,
+                                       M_.data(), failed.data());
+                   if (count == 0) continue;
+                   const std::lock_guard lock(mutex);
+                   deficient.insert(deficient.end(), failed.begin(), failed.begin() + count);
+                 }
+               });
+  factor_deficient(deficient);
+}
+
+void SchurComplement::factor_deficient(const std::vector<std::int64_t>& blocks) {
+  deficient_blocks_ = static_cast<std::int64_t>(blocks.size());
+  const int size = layout_.block_size(eliminated_);
+  std::array<double, 144> A;
+  for (const std::int64_t e : blocks) {
+    std::copy_n(at_.normal->blocks(eliminated_) + e * size * size, size * size, A.begin());
+    for (int i = 0; i < size; ++i) A[index(i * size + i)] += damping(eliminated_)[e * size + i];
+    pseudo_inverse_factor(A.data(), size, M_.data() + e * size * size);
+  }
+}
+
+void SchurComplement::gradient(double* v) {
+  rows_.assign(at_.residual, at_.residual + layout_.residuals());
+  for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
+    kernels_.project(view(), nullptr, false, first, last, rows_.data());
+  });
+  transpose_multiply(*at_.J, kept_, rows_.data(), v, pool_);
+}
+
+void SchurComplement::apply(const double* x, double* y) {
+  rows_.resize(index(layout_.residuals()));
+  for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
+    kernels_.project(view(), x, true, first, last, rows_.data());
+  });
+  transpose_multiply(*at_.J, kept_, rows_.data(), y, pool_);
+  const double* d = damping(kept_);
+  for (std::int64_t i = 0; i < size(); ++i) y[i] += d[i] * x[i];
+}
+
+void SchurComplement::expand(const double* x, double* step) {
+  std::copy_n(x, size(), step + offset());
+  const double* g = at_.normal->gradient.data() + layout_.offset(eliminated_);
+  double* x_eliminated = step + layout_.offset(eliminated_);
+  for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
+    kernels_.back_substitute(view(), g, x, first, last, x_eliminated);
+  });
+}
+
+// The kept blocks b >= a that share an eliminated block with a, ascending.
+std::vector<std::int32_t> SchurComplement::neighbours(std::int64_t a,
+                                                      std::vector<std::int64_t>& seen) const {
+  const Incidence& kept = layout_.incidence(kept_);
+  const Incidence& eliminated = layout_.incidence(eliminated_);
+  std::vector<std::int32_t> found = {static_cast<std::int32_t>(a)};
+  seen[index(a)] = a;
+  for (std::int64_t p = kept.begin[index(a)]; p < kept.begin[index(a + 1)]; ++p) {
+    const std::int64_t c = kept.list.empty() ? p : kept.list[index(p)];
+    const std::int64_t start = eliminated.position.empty() ? c : eliminated.position[index(c)];
+    const std::int64_t end = eliminated.begin[index(eliminated.block[index(c)]) + 1];
+    for (std::int64_t q = start; q < end; ++q) {
+      const std::int64_t other = eliminated.list.empty() ? q : eliminated.list[index(q)];
+      const std::int32_t b = kept.block[index(other)];
+      if (seen[index(b)] == a) continue;
+      seen[index(b)] = a;
+      found.push_back(b);
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+SymmetricPattern SchurComplement::pattern() const {
+  SymmetricPattern pattern;
+  const std::int64_t count = layout_.block_count(kept_);
+  for (std::int64_t a = 0; a <= count; ++a) {
+    pattern.offset.push_back(a * layout_.block_size(kept_));
+  }
+  std::vector<std::int64_t> seen(index(count), -1);
+  pattern.row_begin.push_back(0);
+  for (std::int64_t a = 0; a < count; ++a) {
+    const std::vector<std::int32_t> row = neighbours(a, seen);
+    pattern.column.insert(pattern.column.end(), row.begin(), row.end());
+    pattern.row_begin.push_back(static_cast<std::int64_t>(pattern.column.size()));
+  }
+  return pattern;
+}
+
+void SchurComplement::couple() {
+  W_.resize(index(layout_.couplings * layout_.hub_size * layout_.leaf_size));
+  y_.resize(index(layout_.size(eliminated_)));
+  const double* g = at_.normal->gradient.data() + layout_.offset(eliminated_);
+  for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
+    kernels_.couple(view(), g, first, last, W_.data(), y_.data());
+  });
+}
+
+// Block row a before anything is subtracted: H_aa + D_a, and v_a = g_a.
+void SchurComplement::start_row(SymmetricBlocks& A, std::int64_t a, double* v) const {
+  const int size = layout_.block_size(kept_);
+  const double* H = at_.normal->blocks(kept_) + a * size * size;
+  const double* d = damping(kept_) + a * size;
+  const double* g = at_.normal->gradient.data() + layout_.offset(kept_) + a * size;
+  A.set_zero(a);
+  for (int i = 0; i < size; ++i) {
+    double* row = A.row(a) + i * A.stride(a);
+    std::copy_n(H + i * size, size, row);
+    row[i] += d[i];
+    v[a * size + i] = g[i];
+  }
+}
+
+void SchurComplement::assemble(SymmetricBlocks& A, double* v) {
+  couple();
+  const SymmetricPattern& pattern = A.pattern();
+  const std::int64_t count = layout_.block_count(kept_);
+  const Chunks pieces = chunks(count, 1);
+  slot_.resize(index(pieces.pieces * count));
+  pool_.run(pieces.pieces, [&](std::int64_t piece) {
+    std::int32_t* slot = slot_.data() + piece * count;
+    for (std::int64_t a = pieces.begin(piece); a < pieces.end(piece); ++a) {
+      for (std::int64_t p = pattern.row_begin[index(a)]; p < pattern.row_begin[index(a + 1)]; ++p) {
+        slot[pattern.column[index(p)]] =
+            static_cast<std::int32_t>(A.block_shift(p) / layout_.block_size(kept_));
+      }
+      start_row(A, a, v);
+      kernels_.subtract_products(view(), W_.data(), y_.data(), a, {A.row(a), A.stride(a), slot}, v);
+    }
+  });
+}
+
+void SchurComplement::diagonal_blocks(Blocks which, DiagonalBlocks& out) {
+  const int size = layout_.block_size(kept_);
+  const std::int64_t count = layout_.block_count(kept_);
+  out.runs.resize(1);
+  DiagonalBlocks::Run& run = out.runs.front();
+  run.size = size;
+  run.count = count;
+  const double* H = at_.normal->blocks(kept_);
+  if (which == Blocks::undiminished) {
+    run.values.assign(H, H + count * size * size);
+  } else {
+    run.values.resize(index(count * size * size));
+    for_blocks(layout_, kept_, pool_, [&](std::int64_t first, std::int64_t last) {
+      kernels_.diagonal_blocks(view(), H, first, last, run.values.data());
+    });
+  }
+  const double* d = damping(kept_);
+  for (std::int64_t a = 0; a < count; ++a) {
+    for (int i = 0; i < size; ++i) {
+      run.values[index((a * size + i) * size + i)] += d[a * size + i];
+    }
+  }
+}
+
+}  // namespace raybundle::linalg

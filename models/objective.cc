@@ -1,0 +1,176 @@
+#include <raybundle/models/objective.h>
+
+#include <raybundle/models/rotation.h>
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace raybundle {
+namespace {
+
+using linalg::index;
+
+constexpr std::int64_t row_grain = 512;
+
+int hub_size(Lens lens) { return lens == Lens::free ? 9 : 6; }
+
+// |to - from| / (|from| + tolerance) over one block.
+double relative(const double* from, const double* to, int size, double tolerance) {
+  double change = 0, norm = 0;
+  for (int i = 0; i < size; ++i) {
+    change += (to[i] - from[i]) * (to[i] - from[i]);
+    norm += from[i] * from[i];
+  }
+  return std::sqrt(change) / (std::sqrt(norm) + tolerance);
+}
+
+}  // namespace
+
+Objective::Objective(const Problem& problem, PoseUpdate update, Lens lens,
+                     linalg::ThreadPool& pool)
+    : update_(update),
+      lens_(lens),
+      pool_(pool),
+      kernels_(residual_kernels(update, lens)),
+      fixed_camera_parameters_(problem.fixed_camera_parameters),
+      fixed_points_(problem.fixed_points) {
+  validate(problem);
+  sort_rows(problem);
+  layout_ = linalg::make_layout({2, hub_size(lens), Problem::point_size}, problem.camera_count(),
+                                problem.point_count(), row_point_, row_camera_);
+  frames_.resize(index(problem.camera_count()));
+}
+
+// Rows by point, then camera; observations of the same pair keep their order.
+void Objective::sort_rows(const Problem& problem) {
+  const std::int64_t rows = problem.observation_count();
+  std::vector<std::int64_t> next(index(problem.point_count() + 1), 0);
+  for (const std::int32_t point : problem.observation_point) ++next[index(point) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  const std::vector<std::int64_t> begin = next;
+  std::vector<std::int64_t> order(index(rows));
+  for (std::int64_t k = 0; k < rows; ++k) {
+    order[index(next[index(problem.observation_point[index(k)])]++)] = k;
+  }
+  const auto camera_of = [&](std::int64_t k) { return problem.observation_camera[index(k)]; };
+  for (std::int64_t point = 0; point < problem.point_count(); ++point) {
+    std::stable_sort(order.begin() + begin[index(point)], order.begin() + begin[index(point + 1)],
+                     [&](auto a, auto b) { return camera_of(a) < camera_of(b); });
+  }
+  row_camera_.reserve(index(rows));
+  row_point_.reserve(index(rows));
+  observed_.reserve(index(2 * rows));
+  for (const std::int64_t k : order) {
+    row_camera_.push_back(camera_of(k));
+    row_point_.push_back(problem.observation_point[index(k)]);
+    observed_.push_back(problem.observations[index(2 * k)]);
+    observed_.push_back(problem.observations[index(2 * k + 1)]);
+  }
+}
+
+void Objective::update_frames(const State& state) {
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  const auto cameras = static_cast<std::int64_t>(frames_.size());
+  linalg::parallel_for(pool_, cameras, 64, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t c = first; c < last; ++c) {
+      const double* camera = state.cameras.data() + c * Problem::camera_size;
+      CameraFrame& frame = frames_[index(c)];
+      const so3::Vector3 phi = Eigen::Map<const so3::Vector3>(camera);
+      Eigen::Map<RowMajor>(frame.R_cw) = so3::exp(phi);
+      if (update_ == PoseUpdate::global) Eigen::Map<RowMajor>(frame.J_r) = so3::right_jacobian(phi);
+      std::copy_n(camera + 3, 3, frame.t_cw);
+      std::copy_n(camera + 6, 3, frame.lens);
+    }
+  });
+}
+
+ResidualInput Objective::input(const State& state) const {
+  return {frames_.data(), state.points.data(), row_camera_.data(), row_point_.data(),
+          observed_.data()};
+}
+
+double Objective::cost(const State& state) {
+  update_frames(state);
+  const ResidualInput in = input(state);
+  return linalg::parallel_sum(
+      pool_, layout_.rows, row_grain,
+      [&](std::int64_t first, std::int64_t last) { return kernels_.cost(in, first, last); });
+}
+
+double Objective::linearize(const State& state, double* residual, linalg::BlockJacobian& J) {
+  update_frames(state);
+  const ResidualInput in = input(state);
+  const ResidualOutput out = {residual, J.hub_blocks.data(), J.leaf_blocks.data()};
+  return linalg::parallel_sum(pool_, layout_.rows, row_grain,
+                              [&](std::int64_t first, std::int64_t last) {
+                                const double sum = kernels_.linearize(in, out, first, last);
+                                clear_fixed(first, last, J);
+                                return sum;
+                              });
+}
+
+// Unknowns that stay as they are have no derivative, hence no gradient and no step.
+void Objective::clear_fixed(std::int64_t first, std::int64_t last,
+                            linalg::BlockJacobian& J) const {
+  if (!fixed_points_.empty()) {
+    for (std::int64_t row = first; row < last; ++row) {
+      if (fixed_points_[index(row_point_[index(row)])] == 0) continue;
+      std::fill_n(J.leaf_blocks.data() + row * 6, 6, 0.0);
+    }
+  }
+  if (fixed_camera_parameters_.empty()) return;
+  const int size = layout_.hub_size;
+  for (std::int64_t row = first; row < last; ++row) {
+    const unsigned mask = fixed_camera_parameters_[index(row_camera_[index(row)])];
+    for (int k = 0; mask != 0 && k < size; ++k) {
+      if ((mask >> k & 1U) == 0) continue;
+      J.hub_blocks[index(2 * row * size + k)] = 0;
+      J.hub_blocks[index((2 * row + 1) * size + k)] = 0;
+    }
+  }
+}
+
+void Objective::retract(const State& state, const double* step, State& next) {
+  const int size = layout_.hub_size;
+  const std::int64_t cameras = layout_.hubs;
+  linalg::parallel_for(pool_, cameras, 64, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t c = first; c < last; ++c) {
+      const double* delta = step + c * size;
+      const double* camera = state.cameras.data() + c * Problem::camera_size;
+      double* moved = next.cameras.data() + c * Problem::camera_size;
+      std::copy_n(camera, Problem::camera_size, moved);
+      const bool moves = std::any_of(delta, delta + 6, [](double x) { return x != 0; });
+      if (moves) retract_pose(update_, camera, delta, moved);
+      for (int k = 6; k < size; ++k) moved[k] += delta[k];
+    }
+  });
+  const double* delta = step + layout_.offset(linalg::Side::leaves);
+  const auto coordinates = static_cast<std::int64_t>(state.points.size());
+  linalg::parallel_for(pool_, coordinates, 16384, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) {
+      next.points[index(i)] = state.points[index(i)] + delta[i];
+    }
+  });
+}
+
+double Objective::relative_change(const State& from, const State& to, double tolerance) const {
+  constexpr int block_sizes[] = {3, 3, 1, 2};
+  double largest = 0;
+  for (std::int64_t c = 0; c < layout_.hubs; ++c) {
+    std::int64_t at = c * Problem::camera_size;
+    for (const int size : block_sizes) {
+      largest = std::max(largest, relative(&from.cameras[index(at)], &to.cameras[index(at)], size,
+                                           tolerance));
+      at += size;
+    }
+  }
+  for (std::size_t i = 0; i < from.points.size(); i += Problem::point_size) {
+    largest = std::max(largest, relative(&from.points[i], &to.points[i], 3, tolerance));
+  }
+  return largest;
+}
+
+}  // namespace raybundle

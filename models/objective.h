@@ -1,0 +1,64 @@
+#pragma once
+
+#include <raybundle/linalg/block_jacobian.h>
+#include <raybundle/models/lens.h>
+#include <raybundle/models/pose.h>
+#include <raybundle/models/problem.h>
+#include <raybundle/models/residual_kernels.h>
+
+#include <vector>
+
+namespace raybundle {
+
+/// What a solve changes: cameras and points, in the Problem's own order and units. A rotation is
+/// its rotation vector whatever the update, so that a state written to a file and read again has
+/// the same cost to the last bit.
+struct State {
+  std::vector<double> cameras;
+  std::vector<double> points;
+};
+
+/// The cost of a Problem as a function of a State, with the derivatives a solver needs. Cameras
+/// are the hubs and points the leaves of the layout, which is compiled once, here. Rows are sorted
+/// by point, then camera.
+class Objective {
+ public:
+  /// Copies what it needs of the problem. Throws InputError when the problem is inconsistent.
+  Objective(const Problem& problem, PoseUpdate update, Lens lens, linalg::ThreadPool& pool);
+
+  const linalg::BlockLayout& layout() const { return layout_; }
+  static State state_of(const Problem& problem) { return {problem.cameras, problem.points}; }
+
+  /// 1/2 sum |u - observed|^2 in pixels^2; not finite where the state cannot be projected.
+  double cost(const State& state);
+
+  /// The cost, the residuals (u - observed, two per row) and the Jacobian.
+  double linearize(const State& state, double* residual, linalg::BlockJacobian& J);
+
+  /// next = state moved by `step` (layout().unknowns() numbers). `next` must have its sizes.
+  void retract(const State& state, const double* step, State& next);
+
+  /// The largest, over blocks (rotation, translation, f, distortion of each camera, each point), of
+  /// |change| / (|block| + tolerance).
+  double relative_change(const State& from, const State& to, double tolerance) const;
+
+ private:
+  void sort_rows(const Problem& problem);
+  void update_frames(const State& state);
+  void clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const;
+  ResidualInput input(const State& state) const;
+
+  PoseUpdate update_;
+  Lens lens_;
+  linalg::ThreadPool& pool_;
+  const ResidualKernels& kernels_;
+  linalg::BlockLayout layout_;
+  std::vector<std::int32_t> row_camera_;
+  std::vector<std::int32_t> row_point_;
+  std::vector<double> observed_;
+  std::vector<CameraFrame> frames_;
+  std::vector<std::uint16_t> fixed_camera_parameters_;
+  std::vector<std::uint8_t> fixed_points_;
+};
+
+}  // namespace raybundle

@@ -1,0 +1,99 @@
+// Reprojection errors with the lens of BAL, written out once more on purpose: these figures check
+// what the solver says, so they do not come from the same code.
+
+#include <raybundle/models/statistics.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Core>
+
+#include <raybundle/models/rotation.h>
+
+namespace raybundle {
+namespace {
+
+using Eigen::Map;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+/// What a range of observations adds up to.
+struct RangeSums {
+  double squared = 0;  // sum |r|^2
+  double largest_squared = 0;
+  std::int64_t behind = 0;
+};
+
+class Reprojection {
+ public:
+  explicit Reprojection(const Problem& problem) : problem_(problem) {
+    rotations_.reserve(index(problem.camera_count()));
+    for (std::int64_t j = 0; j < problem.camera_count(); ++j) {
+      rotations_.push_back(so3::exp(Map<const Vector3d>(camera(j))));
+    }
+  }
+
+  /// Pairwise summation: the error grows with the logarithm of the count, and the order is fixed.
+  RangeSums sums(std::int64_t first, std::int64_t last) const {
+    constexpr std::int64_t run_length = 64;
+    RangeSums result;
+    if (last - first <= run_length) {
+      for (std::int64_t k = first; k < last; ++k) add(k, result);
+      return result;
+    }
+    const std::int64_t middle = first + (last - first) / 2;
+    const RangeSums left = sums(first, middle);
+    const RangeSums right = sums(middle, last);
+    result.squared = left.squared + right.squared;
+    result.largest_squared = larger(left.largest_squared, right.largest_squared);
+    result.behind = left.behind + right.behind;
+    return result;
+  }
+
+ private:
+  /// The larger one, or NaN where there is one.
+  static double larger(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
+
+  const double* camera(std::int64_t j) const {
+    return &problem_.cameras[index(j * Problem::camera_size)];
+  }
+
+  /// X_c = R_cw X + t_cw, p = -X_c.xy / X_c.z, u = f (1 + k1 |p|^2 + k2 |p|^4) p
+  /// [Qu18, Eq. 3.5-3.7].
+  void add(std::int64_t k, RangeSums& sums) const {
+    const std::int64_t j = problem_.observation_camera[index(k)];
+    const std::int64_t i = problem_.observation_point[index(k)];
+    const double* c = camera(j);
+    const Map<const Vector3d> X(&problem_.points[index(i * Problem::point_size)]);
+    const Map<const Vector2d> observed(&problem_.observations[index(2 * k)]);
+    const Vector3d X_c = rotations_[index(j)] * X + Map<const Vector3d>(c + 3);
+    const Vector2d p = -X_c.head<2>() / X_c.z();
+    const double p2 = p.squaredNorm();
+    const Vector2d u = c[6] * (1 + p2 * (c[7] + p2 * c[8])) * p;
+    const double squared = (u - observed).squaredNorm();
+    sums.squared += squared;
+    sums.largest_squared = larger(squared, sums.largest_squared);
+    sums.behind += X_c.z() >= 0 ? 1 : 0;
+  }
+
+  const Problem& problem_;
+  std::vector<Eigen::Matrix3d> rotations_;  // R_cw per camera
+};
+
+}  // namespace
+
+ReprojectionStatistics reprojection_statistics(const Problem& problem) {
+  ReprojectionStatistics result;
+  const std::int64_t count = problem.observation_count();
+  if (count == 0) return result;
+  const RangeSums sums = Reprojection(problem).sums(0, count);
+  result.cost = 0.5 * sums.squared;
+  result.rmse = std::sqrt(sums.squared / static_cast<double>(count));
+  result.largest = std::sqrt(sums.largest_squared);
+  result.behind_camera = sums.behind;
+  return result;
+}
+
+}  // namespace raybundle

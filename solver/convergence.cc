@@ -1,0 +1,94 @@
+#include <raybundle/solver/convergence.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace raybundle {
+namespace {
+
+// Below this share of the cost a change is rounding.
+constexpr double cost_resolution = 1e-14;
+
+}  // namespace
+
+std::optional<Termination> Convergence::test(const IterationRecord& record, double previous_cost,
+                                             double next_damping) {
+  if (record.gradient_max <= options_.gradient_tolerance) return Termination::gradient_tolerance;
+  if (record.iteration > 0) {
+    const auto verdict = record.accepted ? test_accepted(record, previous_cost)
+                                         : test_rejected(record, next_damping);
+    if (verdict) return verdict;
+  }
+  if (record.iteration >= options_.max_iterations) return Termination::max_iterations;
+  if (record.seconds >= options_.time_limit) return Termination::time_limit;
+  return std::nullopt;
+}
+
+std::optional<Termination> Convergence::test_accepted(const IterationRecord& record,
+                                                      double previous_cost) {
+  failures_ = 0;
+  if (previous_cost - record.cost <= options_.function_tolerance * previous_cost) {
+    return Termination::function_tolerance;
+  }
+  // Blockwise: one huge focal length would hide every other unknown in a norm of the whole state.
+  if (record.relative_step <= options_.parameter_tolerance) return Termination::parameter_tolerance;
+  return std::nullopt;
+}
+
+std::optional<Termination> Convergence::test_rejected(const IterationRecord& record,
+                                                      double next_damping) {
+  ++failures_;
+  // The model promises less than the cost can resolve, and the cost agrees that nothing changes.
+  const double least = std::max(options_.function_tolerance, cost_resolution) * record.cost;
+  const bool flat = std::abs(record.candidate_cost - record.cost) <= least;
+  if (record.predicted_decrease <= least && flat) return Termination::function_tolerance;
+  if (record.relative_step <= options_.parameter_tolerance && flat) {
+    return Termination::parameter_tolerance;
+  }
+  if (next_damping > options_.max_damping) return Termination::damping_limit;
+  if (failures_ >= options_.max_consecutive_failures) return Termination::consecutive_failures;
+  return std::nullopt;
+}
+
+std::string Convergence::explain(Termination termination, const Summary& summary) {
+  const IterationRecord& last = summary.iterations.back();
+  const Options& options = summary.options;
+  std::ostringstream text;
+  switch (termination) {
+    case Termination::gradient_tolerance:
+      text << "converged: the largest gradient entry " << last.gradient_max << " is at most "
+           << options.gradient_tolerance;
+      break;
+    case Termination::function_tolerance:
+      text << "converged: the cost changes by no more than " << options.function_tolerance
+           << " of its value";
+      break;
+    case Termination::parameter_tolerance:
+      text << "converged: the largest relative step of a block " << last.relative_step
+           << " is at most " << options.parameter_tolerance;
+      break;
+    case Termination::max_iterations:
+      text << "limit: " << options.max_iterations << " iterations";
+      break;
+    case Termination::time_limit:
+      text << "limit: " << options.time_limit << " seconds";
+      break;
+    case Termination::stopped:
+      text << "stopped by the observer";
+      break;
+    case Termination::damping_limit:
+      text << "failed: no step lowers the cost, and the damping is at its limit "
+           << options.max_damping;
+      break;
+    case Termination::consecutive_failures:
+      text << "failed: " << options.max_consecutive_failures << " rejected steps in a row";
+      break;
+    case Termination::bad_start:
+      text << "failed: the cost or the gradient of the start is not finite";
+      break;
+  }
+  return text.str();
+}
+
+}  // namespace raybundle

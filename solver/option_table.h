@@ -1,0 +1,93 @@
+#pragma once
+
+#include <raybundle/solver/options.h>
+
+#include <limits>
+#include <stdexcept>
+
+namespace raybundle {
+
+/// An option that is unknown, out of range, or without effect on the chosen method.
+class OptionError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// What the command line, the log and the documentation know of an option.
+struct OptionInfo {
+  const char* name;  ///< as on the command line, without the dashes
+  const char* help;  ///< one line
+  double low = -std::numeric_limits<double>::infinity();  ///< smallest legal value (numbers only)
+  double high = std::numeric_limits<double>::infinity();  ///< largest legal value (numbers only)
+};
+
+/// The one table of options: calls visit(field, info) for each, in the order of the help page.
+/// A field is an enumeration, an int, a double, or an optional of one of these.
+template <class AnyOptions, class Visit>
+void visit_options(AnyOptions& o, Visit&& visit) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  visit(o.method, OptionInfo{"method", "optimisation method"});
+  visit(o.elimination, OptionInfo{"elimination", "side eliminated before the inner solve"});
+  visit(o.linear, OptionInfo{"linear", "solver of the (reduced) linear system"});
+  visit(o.preconditioner, OptionInfo{"preconditioner", "preconditioner of the inner iterations"});
+  visit(o.damping_matrix, OptionInfo{"damping-matrix", "matrix that the damping multiplies"});
+  visit(o.scaling, OptionInfo{"scaling", "scaling of the unknowns of the linear system"});
+  visit(o.pose_update, OptionInfo{"pose-update", "how a pose takes a step"});
+  visit(o.lens, OptionInfo{"lens", "whether f, k1, k2 are unknowns"});
+  visit(o.max_iterations,
+        OptionInfo{"max-iterations", "most iterations, rejected ones included", 0, 1e9});
+  visit(o.time_limit, OptionInfo{"time-limit", "stop after this many seconds", 0, inf});
+  visit(o.function_tolerance,
+        OptionInfo{"function-tolerance", "stop when |cost change| <= this * cost", 0, 1});
+  visit(o.gradient_tolerance,
+        OptionInfo{"gradient-tolerance", "stop when the largest gradient entry is <= this", 0, inf});
+  visit(o.parameter_tolerance,
+        OptionInfo{"parameter-tolerance",
+                   "stop when each block's step is <= this * (its norm + this)", 0, 1});
+  visit(o.max_consecutive_failures,
+        OptionInfo{"max-consecutive-failures", "stop after this many rejected steps in a row", 1,
+                   1e9});
+  visit(o.initial_damping, OptionInfo{"initial-damping", "damping mu at the start", 0, 1e32});
+  visit(o.min_damping, OptionInfo{"min-damping", "mu never falls below this", 0, 1e32});
+  visit(o.max_damping, OptionInfo{"max-damping", "stop when mu would rise above this", 0, inf});
+  visit(o.max_inner_iterations,
+        OptionInfo{"max-inner-iterations", "most PCG iterations per linear solve", 1, 1e9});
+  visit(o.forcing,
+        OptionInfo{"forcing", "t in the PCG stop |r| <= min(t, |b|) |b|", 0, 1});
+  visit(o.threads, OptionInfo{"threads", "worker threads; 0 means all cores", 0, 1024});
+}
+
+/// The value called `text`; throws OptionError that lists the legal names.
+template <class Enum>
+Enum parse_enum(const std::string& option, const std::string& text);
+
+/// All values of an enumeration in order, for help pages and tests.
+template <class Enum>
+constexpr int enum_count = 0;
+template <>
+inline constexpr int enum_count<Method> = 2;
+template <>
+inline constexpr int enum_count<Elimination> = 3;
+template <>
+inline constexpr int enum_count<Linear> = 3;
+template <>
+inline constexpr int enum_count<Preconditioner> = 5;
+template <>
+inline constexpr int enum_count<DiagonalMatrix> = 2;
+template <>
+inline constexpr int enum_count<PoseUpdate> = 3;
+template <>
+inline constexpr int enum_count<Lens> = 2;
+
+template <class Enum>
+Enum parse_enum(const std::string& option, const std::string& text) {
+  std::string legal;
+  for (int i = 0; i < enum_count<Enum>; ++i) {
+    const auto value = static_cast<Enum>(i);
+    if (text == name(value)) return value;
+    legal += (i == 0 ? "" : ", ") + std::string(name(value));
+  }
+  throw OptionError("--" + option + ": '" + text + "' is none of " + legal);
+}
+
+}  // namespace raybundle

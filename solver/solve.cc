@@ -1,0 +1,29 @@
+#include <raybundle/solver/solve.h>
+
+#include <raybundle/models/objective.h>
+#include <raybundle/solver/step.h>
+#include <raybundle/solver/trust_region.h>
+
+namespace raybundle {
+
+Summary solve(Problem& problem, const Options& options, const Observer& observer) {
+  const auto start = TrustRegion::Clock::now();
+  Options effective = resolve(options);
+  linalg::ThreadPool pool(options.threads > 0 ? options.threads : linalg::available_threads());
+  effective.threads = pool.threads();
+
+  Objective objective(problem, effective.pose_update, effective.lens, pool);
+  const auto steps = make_step_solver(effective, objective.layout(), pool);
+  effective.linear = steps->linear();
+
+  State state = Objective::state_of(problem);
+  TrustRegion engine(objective, *steps, pool, effective, observer, start);
+  Summary summary = engine.run(state);
+  summary.threads = pool.threads();
+  summary.linear_solver = steps->description();
+  problem.cameras = std::move(state.cameras);
+  problem.points = std::move(state.points);
+  return summary;
+}
+
+}  // namespace raybundle

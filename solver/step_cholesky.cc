@@ -1,0 +1,86 @@
+#include <raybundle/linalg/cholesky.h>
+#include <raybundle/solver/step.h>
+
+namespace raybundle {
+namespace {
+
+using linalg::index;
+
+std::optional<linalg::Cholesky::Storage> storage(std::optional<Linear> linear) {
+  using Storage = linalg::Cholesky::Storage;
+  if (!linear) return std::nullopt;
+  return *linear == Linear::dense_cholesky ? Storage::dense : Storage::sparse;
+}
+
+// The step of [Qu18, Eq. 3.55] by factorising the (reduced) matrix.
+class CholeskyStep final : public StepSolver {
+ public:
+  CholeskyStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool)
+      : scaling_(*options.scaling),
+        system_(make_reduced_system(layout, eliminated_side(*options.elimination), pool)),
+        cholesky_(linalg::Cholesky::make(system_->pattern(), storage(options.linear), pool)),
+        x_(index(system_->size())) {}
+
+  StepReport solve(const linalg::Linearization& at, const double* damping, double* step) override {
+    system_->prepare(at, damping);
+    system_->assemble(cholesky_->matrix(), x_.data());
+    for (double& x : x_) x = -x;
+    inverse_scaling(scaling_, *at.normal, inverse_);
+    if (!inverse_.empty()) scale_matrix();
+    if (!cholesky_->factor()) return {};
+    scale_vector();
+    cholesky_->solve(x_.data());
+    scale_vector();
+    system_->expand(x_.data(), step);
+    return {.solved = true};
+  }
+
+  Linear linear() const override {
+    const bool dense = cholesky_->matrix().storage() == linalg::Cholesky::Storage::dense;
+    return dense ? Linear::dense_cholesky : Linear::sparse_cholesky;
+  }
+  std::string description() const override { return cholesky_->description(); }
+
+ private:
+  // A := D^-1 A D^-1  [Qu18, Alg. 7, line 3]
+  void scale_matrix() {
+    linalg::SymmetricBlocks& A = cholesky_->matrix();
+    const linalg::SymmetricPattern& pattern = A.pattern();
+    const double* s = inverse_.data() + system_->offset();
+    for (std::int64_t a = 0; a < pattern.blocks(); ++a) {
+      for (std::int64_t i = 0; i < pattern.block_size(a); ++i) {
+        double* row = A.row(a) + i * A.stride(a);
+        const double s_row = s[pattern.offset[index(a)] + i];
+        for (std::int64_t p = pattern.row_begin[index(a)]; p < pattern.row_begin[index(a + 1)];
+             ++p) {
+          const std::int64_t b = pattern.column[index(p)];
+          for (std::int64_t k = 0; k < pattern.block_size(b); ++k) {
+            row[A.block_shift(p) + k] *= s_row * s[pattern.offset[index(b)] + k];
+          }
+        }
+      }
+    }
+  }
+
+  void scale_vector() {
+    if (inverse_.empty()) return;
+    const double* s = inverse_.data() + system_->offset();
+    for (std::size_t i = 0; i < x_.size(); ++i) x_[i] *= s[i];
+  }
+
+  DiagonalMatrix scaling_;
+  std::unique_ptr<linalg::ReducedSystem> system_;
+  std::unique_ptr<linalg::Cholesky> cholesky_;
+  std::vector<double> x_;
+  std::vector<double> inverse_;
+};
+
+}  // namespace
+
+std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
+                                               const linalg::BlockLayout& layout,
+                                               linalg::ThreadPool& pool) {
+  return std::make_unique<CholeskyStep>(options, layout, pool);
+}
+
+}  // namespace raybundle

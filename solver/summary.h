@@ -1,0 +1,77 @@
+#pragma once
+
+#include <raybundle/solver/options.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace raybundle {
+
+/// Why a solve ended.
+enum class Termination {
+  gradient_tolerance,    ///< converged: the gradient vanished
+  function_tolerance,    ///< converged: the cost no longer falls
+  parameter_tolerance,   ///< converged: the unknowns no longer move
+  max_iterations,        ///< limit reached
+  time_limit,            ///< limit reached
+  stopped,               ///< the observer asked for it
+  damping_limit,         ///< the damping is at its limit and no step lowers the cost
+  consecutive_failures,  ///< too many rejected steps in a row
+  bad_start,             ///< cost or gradient of the start is not finite
+};
+const char* name(Termination value);
+
+/// How a solve ended, coarsely; the command line's exit code follows from it.
+enum class Outcome { converged, limit_reached, interrupted, failed };
+Outcome outcome(Termination value);
+
+/// One trial step. Iteration 0 is the start. "cost" and "gradient_norm" belong to the state that
+/// is kept after the iteration.
+struct IterationRecord {
+  int iteration = 0;
+  bool accepted = false;
+  double cost = 0;
+  double candidate_cost = 0;       ///< of the trial; NaN when it could not be evaluated
+  double predicted_decrease = 0;   ///< of the quadratic model [Qu18, Eq. 3.102]
+  double gradient_norm = 0;        ///< Euclidean
+  double gradient_max = 0;         ///< largest absolute entry
+  double step_norm = 0;            ///< Euclidean
+  double relative_step = 0;        ///< largest, over blocks, of |step| / (|block| + tolerance)
+  double rho = 0;                  ///< actual over predicted decrease [Qu18, Eq. 3.104]
+  double damping = 0;              ///< mu of this trial
+  double radius = 0;               ///< of the trust region; 0 where the method has none
+  int inner_iterations = 0;
+  Elimination eliminated = Elimination::none;
+  double seconds = 0;              ///< since the start of the solve
+};
+
+/// Seconds by phase.
+struct Timing {
+  double total = 0;
+  double setup = 0;     ///< layout, orderings, allocation
+  double residual = 0;  ///< cost of candidates
+  double jacobian = 0;  ///< residuals with derivatives, gradient, block diagonals
+  double linear = 0;    ///< damping, elimination, inner solves, back-substitution
+};
+
+/// What a solve did. The best state is in the Problem that was passed.
+struct [[nodiscard]] Summary {
+  Options options;  ///< effective: every choice filled in
+  Termination termination = Termination::bad_start;
+  std::string message;  ///< the reason in words
+  double initial_cost = 0;
+  double final_cost = 0;
+  double gradient_norm = 0;  ///< at the end
+  int accepted = 0;
+  int linear_solves = 0;
+  std::int64_t inner_iterations = 0;
+  int threads = 1;  ///< used
+  Timing seconds;
+  std::string linear_solver;  ///< what solved the linear systems, in words
+  std::vector<IterationRecord> iterations;
+
+  bool usable() const { return outcome(termination) != Outcome::failed; }
+};
+
+}  // namespace raybundle

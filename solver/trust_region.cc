@@ -1,0 +1,222 @@
+// The damped (trust-region) Gauss-Newton loop [Qu18, Alg. 8]. Per iteration, with H = J^T J,
+// g = J^T r and a diagonal damping matrix D:
+//
+//   step         (H + mu D) p = -g, exactly or not
+//   model        m(p) = cost + g^T p + 1/2 p^T (H + mu D) p            [Qu18, Eq. 2.53]
+//   rho          (cost - cost(x + p)) / (m(0) - m(p))                  [Qu18, Eq. 3.90]
+//   verdict      rho > 0: x := x + p; mu follows rho                   [Qu18, Alg. 6]
+//
+// The thesis retries inside an iteration until a step is accepted, without bound; here every trial
+// is an iteration, and max_consecutive_failures and max_damping bound the retries.
+
+#include <raybundle/solver/trust_region.h>
+
+#include <raybundle/linalg/pcg.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace raybundle {
+namespace {
+
+using linalg::index;
+
+constexpr std::int64_t vector_grain = 16384;
+
+// Adds its lifetime to a phase.
+class PhaseTimer {
+ public:
+  explicit PhaseTimer(double& phase) : phase_(phase) {}
+  ~PhaseTimer() {
+    phase_ += std::chrono::duration<double>(TrustRegion::Clock::now() - start_).count();
+  }
+  PhaseTimer(const PhaseTimer&) = delete;
+  PhaseTimer& operator=(const PhaseTimer&) = delete;
+
+ private:
+  double& phase_;
+  TrustRegion::Clock::time_point start_ = TrustRegion::Clock::now();
+};
+
+double largest_magnitude(const std::vector<double>& x) {
+  double largest = 0;
+  for (const double value : x) {
+    if (!(std::abs(value) <= largest)) largest = std::abs(value);  // keeps a NaN
+    if (std::isnan(largest)) break;
+  }
+  return largest;
+}
+
+}  // namespace
+
+TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::ThreadPool& pool,
+                         const Options& options, const Observer& observer,
+                         Clock::time_point start)
+    : objective_(objective),
+      steps_(steps),
+      pool_(pool),
+      observer_(observer),
+      start_(start),
+      residual_(index(objective.layout().residuals())),
+      J_(objective.layout()),
+      normal_(objective.layout()),
+      damping_matrix_(index(objective.layout().unknowns()), 1.0),
+      damping_diagonal_(index(objective.layout().unknowns())),
+      step_(index(objective.layout().unknowns())),
+      J_step_(index(objective.layout().residuals())),
+      damping_(options.initial_damping, options.min_damping),
+      convergence_(options) {
+  summary_.options = options;
+}
+
+Summary TrustRegion::run(State& state) {
+  state_ = std::move(state);
+  candidate_ = state_;
+  start();
+  while (!stopped_) {
+    begin_record();
+    compute_step();
+    if (step_valid_) {
+      predict_decrease();
+      evaluate_candidate();
+    }
+    judge();
+    if (record_.accepted) linearize();
+    end_iteration();
+  }
+  state = std::move(state_);
+  return std::move(summary_);
+}
+
+void TrustRegion::start() {
+  linearize();
+  summary_.seconds.setup = std::max(0.0, seconds() - summary_.seconds.jacobian);
+  summary_.initial_cost = cost_;
+  record_.accepted = true;
+  if (!std::isfinite(cost_) || !std::isfinite(record_.gradient_norm)) {
+    summary_.iterations.push_back(record_);
+    stop(Termination::bad_start);
+    return;
+  }
+  end_iteration();
+}
+
+void TrustRegion::begin_record() {
+  IterationRecord next;
+  next.iteration = record_.iteration + 1;
+  next.cost = cost_;
+  next.candidate_cost = next.rho = std::numeric_limits<double>::quiet_NaN();
+  next.gradient_norm = record_.gradient_norm;
+  next.gradient_max = record_.gradient_max;
+  next.damping = damping_.mu();
+  next.eliminated = *summary_.options.elimination;
+  record_ = next;
+}
+
+void TrustRegion::compute_step() {
+  const PhaseTimer timer(summary_.seconds.linear);
+  fill_damping();
+  const linalg::Linearization at = {&J_, &normal_, residual_.data()};
+  const StepReport report = steps_.solve(at, damping_diagonal_.data(), step_.data());
+  ++summary_.linear_solves;
+  summary_.inner_iterations += report.inner_iterations;
+  record_.inner_iterations = report.inner_iterations;
+  step_valid_ = report.solved && step_is_finite();
+}
+
+void TrustRegion::fill_damping() {
+  const double mu = damping_.mu();
+  for (std::size_t i = 0; i < damping_diagonal_.size(); ++i) {
+    damping_diagonal_[i] = mu * damping_matrix_[i];
+  }
+}
+
+bool TrustRegion::step_is_finite() const {
+  return std::all_of(step_.begin(), step_.end(), [](double x) { return std::isfinite(x); });
+}
+
+// m(0) - m(p) = -g^T p - 1/2 |J p|^2 - 1/2 mu p^T D p, equal to [Qu18, Eq. 3.102] for every step
+// whose eliminated part was back-substituted.
+void TrustRegion::predict_decrease() {
+  const PhaseTimer timer(summary_.seconds.linear);
+  const auto unknowns = static_cast<std::int64_t>(step_.size());
+  linalg::multiply(J_, step_.data(), J_step_.data(), pool_);
+  const double slope = linalg::dot(normal_.gradient.data(), step_.data(), unknowns, pool_);
+  const double curvature = linalg::dot(J_step_.data(), J_step_.data(),
+                                       static_cast<std::int64_t>(J_step_.size()), pool_);
+  const double damped = linalg::parallel_sum(
+      pool_, unknowns, vector_grain, [&](std::int64_t first, std::int64_t last) {
+        double sum = 0;
+        for (std::int64_t i = first; i < last; ++i) {
+          sum += damping_diagonal_[index(i)] * step_[index(i)] * step_[index(i)];
+        }
+        return sum;
+      });
+  record_.predicted_decrease = -slope - 0.5 * curvature - 0.5 * damped;
+  record_.step_norm = std::sqrt(linalg::dot(step_.data(), step_.data(), unknowns, pool_));
+}
+
+void TrustRegion::evaluate_candidate() {
+  const PhaseTimer timer(summary_.seconds.residual);
+  objective_.retract(state_, step_.data(), candidate_);
+  record_.candidate_cost = objective_.cost(candidate_);
+  record_.relative_step = objective_.relative_change(state_, candidate_,
+                                                     summary_.options.parameter_tolerance);
+}
+
+// A step is accepted when it lowers the cost. A NaN anywhere, or a model that promises nothing,
+// fails every comparison and is a rejection.
+void TrustRegion::judge() {
+  if (step_valid_ && record_.predicted_decrease > 0) {
+    record_.rho = (cost_ - record_.candidate_cost) / record_.predicted_decrease;
+  }
+  record_.accepted = record_.rho > 0;
+  damping_.update(record_.rho);
+  if (record_.accepted) std::swap(state_, candidate_);
+}
+
+void TrustRegion::linearize() {
+  const PhaseTimer timer(summary_.seconds.jacobian);
+  cost_ = objective_.linearize(state_, residual_.data(), J_);
+  normal_.form(J_, residual_.data(), pool_);
+  if (summary_.options.damping_matrix == DiagonalMatrix::diag_h) {
+    normal_.diagonal(min_diagonal, max_diagonal, damping_matrix_.data());
+  }
+  const auto unknowns = static_cast<std::int64_t>(normal_.gradient.size());
+  const double* g = normal_.gradient.data();
+  record_.cost = cost_;
+  record_.gradient_norm = std::sqrt(linalg::dot(g, g, unknowns, pool_));
+  record_.gradient_max = largest_magnitude(normal_.gradient);
+}
+
+void TrustRegion::end_iteration() {
+  record_.seconds = seconds();
+  const double previous =
+      summary_.iterations.empty() ? cost_ : summary_.iterations.back().cost;
+  summary_.iterations.push_back(record_);
+  if (record_.accepted && record_.iteration > 0) ++summary_.accepted;
+  const auto verdict = convergence_.test(record_, previous, damping_.mu());
+  const bool asked = observer_ && observer_(record_) == Control::stop;
+  if (verdict) {
+    stop(*verdict);
+  } else if (asked) {
+    stop(Termination::stopped);
+  }
+}
+
+void TrustRegion::stop(Termination termination) {
+  stopped_ = true;
+  summary_.termination = termination;
+  summary_.message = Convergence::explain(termination, summary_);
+  summary_.final_cost = cost_;
+  summary_.gradient_norm = record_.gradient_norm;
+  summary_.seconds.total = seconds();
+}
+
+double TrustRegion::seconds() const {
+  return std::chrono::duration<double>(Clock::now() - start_).count();
+}
+
+}  // namespace raybundle

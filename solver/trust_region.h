@@ -1,0 +1,68 @@
+#pragma once
+
+#include <raybundle/models/objective.h>
+#include <raybundle/solver/convergence.h>
+#include <raybundle/solver/damping.h>
+#include <raybundle/solver/solve.h>
+#include <raybundle/solver/step.h>
+
+#include <chrono>
+#include <optional>
+#include <vector>
+
+namespace raybundle {
+
+/// The engine: one loop for every method. It owns all buffers, allocated once; a step solver
+/// proposes, the objective judges, and the damping learns from the verdict.
+class TrustRegion {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// `options` are resolved; everything else outlives this. `start` is the time zero of the log.
+  TrustRegion(Objective& objective, StepSolver& steps, linalg::ThreadPool& pool,
+              const Options& options, const Observer& observer, Clock::time_point start);
+
+  /// Moves `state` to the best state found.
+  Summary run(State& state);
+
+ private:
+  void start();
+  void compute_step();
+  void predict_decrease();
+  void evaluate_candidate();
+  void judge();
+  void linearize();
+  void end_iteration();
+  void stop(Termination termination);
+
+  void begin_record();
+  void fill_damping();
+  bool step_is_finite() const;
+  double seconds() const;
+
+  Objective& objective_;
+  StepSolver& steps_;
+  linalg::ThreadPool& pool_;
+  const Observer& observer_;
+  Clock::time_point start_;
+
+  State state_;      // the best so far
+  State candidate_;  // swapped with state_ when accepted
+  std::vector<double> residual_;
+  linalg::BlockJacobian J_;
+  linalg::NormalEquations normal_;
+  std::vector<double> damping_matrix_;    // D
+  std::vector<double> damping_diagonal_;  // mu D
+  std::vector<double> step_;
+  std::vector<double> J_step_;
+
+  Damping damping_;
+  Convergence convergence_;
+  double cost_ = 0;
+  bool step_valid_ = false;
+  bool stopped_ = false;
+  IterationRecord record_;
+  Summary summary_;
+};
+
+}  // namespace raybundle
