@@ -3,6 +3,7 @@
 #include <raybundle/linalg/blas_threads.h>
 #include <raybundle/linalg/cpu.h>
 #include <raybundle/linalg/dense_cholesky.h>
+#include <raybundle/linalg/memory.h>
 #include <raybundle/linalg/sparse_cholesky.h>
 
 #include <utility>
@@ -33,45 +34,69 @@ class Dense final : public Cholesky {
 
 class Sparse final : public Cholesky {
  public:
-  explicit Sparse(SymmetricPattern pattern)
-      : Cholesky(std::move(pattern), Storage::sparse), cholesky_(matrix().pattern()) {
-    cholesky_.analyze();
-  }
+  Sparse(SymmetricPattern pattern, const Ordering& ordering)
+      : Cholesky(std::move(pattern), Storage::sparse),
+        method_(ordering.method),
+        cholesky_(matrix().pattern(), ordering) {}
 
   bool factor() override { return cholesky_.factor(matrix()); }
   void solve(double* x) override { cholesky_.solve(x); }
   std::string description() const override {
     return "sparse Cholesky of order " + std::to_string(matrix().pattern().order()) + " by " +
-           cholesky_.ordering() + " (CHOLMOD, " + blas_name() + ")";
+           method_ + " (CHOLMOD, " + blas_name() + ")";
   }
 
  private:
+  std::string method_;
   SparseCholesky cholesky_;
 };
 
-// A sparse factorisation runs at a fraction of the speed of a dense one, and a matrix that fits
-// the cache is not worth an analysis.
-SymmetricBlocks::Storage choose(const SymmetricPattern& pattern) {
-  using Storage = SymmetricBlocks::Storage;
+double square(std::int64_t order) {
+  return static_cast<double>(order) * static_cast<double>(order);
+}
+
+// Whether dense storage can win: a matrix that fits the cache is not worth an analysis, and a
+// nearly full one has no sparsity to use.
+bool obviously_dense(const SymmetricPattern& pattern) {
   constexpr std::int64_t always_dense = 600;
+  constexpr double full = 0.7;
+  return pattern.order() <= always_dense ||
+         static_cast<double>(pattern.scalar_nonzeros()) > full * 0.5 * square(pattern.order());
+}
+
+// A sparse factorisation runs at a fraction of the speed of a dense one.
+bool dense_is_faster(const SymmetricPattern& pattern, const Ordering& ordering) {
   constexpr double sparse_penalty = 3;
-  const std::int64_t order = pattern.order();
-  if (order <= always_dense) return Storage::dense;
-  const double n = static_cast<double>(order);
-  const double fill = static_cast<double>(pattern.scalar_nonzeros()) / (0.5 * n * n);
-  if (fill > 0.7) return Storage::dense;
-  const SparseCholesky ordered(pattern);
-  return n * n * n / 3 < sparse_penalty * ordered.predicted_flops() ? Storage::dense
-                                                                    : Storage::sparse;
+  return square(pattern.order()) * static_cast<double>(pattern.order()) / 3 <
+         sparse_penalty * ordering.flops;
+}
+
+void require_dense_memory(const SymmetricPattern& pattern) {
+  require_memory(8 * square(pattern.order()),
+                 "a dense matrix of order " + std::to_string(pattern.order()));
+}
+
+// The matrix with its row indices, CHOLMOD's permuted copy of both, and the factor.
+void require_sparse_memory(const SymmetricPattern& pattern, const Ordering& ordering) {
+  require_memory(32 * static_cast<double>(pattern.scalar_nonzeros()) + 8 * ordering.nonzeros,
+                 "a sparse factorisation of order " + std::to_string(pattern.order()));
 }
 
 }  // namespace
 
 std::unique_ptr<Cholesky> Cholesky::make(SymmetricPattern pattern, std::optional<Storage> storage,
                                          ThreadPool& pool) {
-  const Storage chosen = storage ? *storage : choose(pattern);
-  if (chosen == Storage::dense) return std::make_unique<Dense>(std::move(pattern), pool);
-  return std::make_unique<Sparse>(std::move(pattern));
+  bool dense = storage ? *storage == Storage::dense : obviously_dense(pattern);
+  if (!dense) {
+    const Ordering ordering = find_ordering(pattern);
+    dense = !storage && dense_is_faster(pattern, ordering);
+    if (!dense) {
+      require_sparse_memory(pattern, ordering);
+      return std::make_unique<Sparse>(std::move(pattern), ordering);
+    }
+  }
+  require_dense_memory(pattern);
+  return std::make_unique<Dense>(std::move(pattern), pool);
 }
 
 }  // namespace raybundle::linalg

@@ -7,7 +7,6 @@
 #include <raybundle/linalg/dense_cholesky.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <thread>
@@ -103,10 +102,11 @@ void DenseCholesky::solve(const double* A, std::int64_t ld, double* b) const {
 }
 
 void DenseCholesky::set_thresholds(const double* A, std::int64_t ld) {
-  const double tolerance =
-      std::sqrt(static_cast<double>(order_)) * std::numeric_limits<double>::epsilon();
-  for (std::int64_t k = 0; k < order_; ++k) threshold_[static_cast<std::size_t>(k)] = tolerance * A[k * ld + k];
-  for (std::int64_t k = order_; k < strips_ * kernels_->strip; ++k) threshold_[static_cast<std::size_t>(k)] = 0.0;
+  const double tolerance = static_cast<double>(order_) * std::numeric_limits<double>::epsilon();
+  for (std::int64_t k = 0; k < order_; ++k)
+    threshold_[static_cast<std::size_t>(k)] = tolerance * A[k * ld + k];
+  for (std::int64_t k = order_; k < strips_ * kernels_->strip; ++k)
+    threshold_[static_cast<std::size_t>(k)] = 0.0;
 }
 
 StripRange DenseCholesky::strips_of_tile(std::int64_t tile) const {

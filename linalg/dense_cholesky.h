@@ -30,9 +30,9 @@ class DenseCholesky {
   InstructionSet instructions() const { return kernels_->set; }
 
   /// Replaces the lower triangle of A by L. False, with unspecified content, when A is not positive
-  /// definite to working precision or not finite: a pivot of column k must be larger than
-  /// sqrt(n) eps a_kk, a few times the rounding errors it usually carries, and a normal number. The
-  /// test does not depend on how rows and columns are scaled.
+  /// definite to working precision or not finite: the pivot of column k must be larger than
+  /// n eps a_kk, below which it may be nothing but rounding error, and a normal number. The test
+  /// does not depend on how rows and columns are scaled.
   bool factor(double* A, std::int64_t ld, ThreadPool& pool);
 
   /// b <- (L L^T)^-1 b for the n numbers b and the L that `factor` left in A.
@@ -57,7 +57,7 @@ class DenseCholesky {
   AlignedArray packed_, inverse_diagonal_, threshold_;
   PackedTriangle triangle_;
 
-  std::int64_t tile_strips_ = 1;  ///< strips per tile in the current call
+  std::int64_t tile_strips_ = 1;                           ///< strips per tile in the current call
   std::unique_ptr<std::atomic<std::int64_t>[]> finished_;  ///< tiles finished in each row of tiles
   std::atomic<bool> failed_{false};
 };

@@ -35,8 +35,7 @@ class ThreadPool {
   void run(std::int64_t chunks, Task&& task) {
     using Plain = std::remove_reference_t<Task>;
     run_erased(
-        chunks,
-        [](void* context, std::int64_t chunk) { (*static_cast<Plain*>(context))(chunk); },
+        chunks, [](void* context, std::int64_t chunk) { (*static_cast<Plain*>(context))(chunk); },
         const_cast<void*>(static_cast<const void*>(std::addressof(task))));
   }
 
@@ -55,7 +54,9 @@ struct Chunks {
   std::int64_t count = 0;
   std::int64_t pieces = 0;
 
-  std::int64_t begin(std::int64_t i) const { return count / pieces * i + std::min(i, count % pieces); }
+  std::int64_t begin(std::int64_t i) const {
+    return count / pieces * i + std::min(i, count % pieces);
+  }
   std::int64_t end(std::int64_t i) const { return begin(i + 1); }
 };
 

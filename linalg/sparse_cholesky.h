@@ -1,31 +1,25 @@
 #pragma once
 
+#include <raybundle/linalg/ordering.h>
 #include <raybundle/linalg/symmetric_blocks.h>
 
 #include <memory>
-#include <string>
+#include <vector>
 
 namespace raybundle::linalg {
 
-/// Supernodal Cholesky by CHOLMOD [Chen08] with 64-bit indices. The ordering is found on the block
-/// graph, by minimum degree and by nested dissection, and the one with less predicted fill is kept.
+/// Supernodal Cholesky by CHOLMOD [Chen08] with 64-bit indices; analysed once, factorised often.
 class SparseCholesky {
  public:
-  explicit SparseCholesky(const SymmetricPattern& pattern);
+  /// `pattern` outlives this. Throws std::bad_alloc.
+  SparseCholesky(const SymmetricPattern& pattern, const Ordering& ordering);
   ~SparseCholesky();
   SparseCholesky(const SparseCholesky&) = delete;
   SparseCholesky& operator=(const SparseCholesky&) = delete;
 
-  /// Work of one factorisation in flops, and numbers in the factor, as predicted on the blocks.
-  double predicted_flops() const;
-  double predicted_nonzeros() const;
-
-  /// Analyses the scalar matrix; needed once before factor(), after the choice for this solver.
-  void analyze();
+  /// `A` in sparse storage. False when it is not positive definite.
   bool factor(const SymmetricBlocks& A);
   void solve(double* x);
-
-  const std::string& ordering() const;  ///< "minimum degree" or "nested dissection"
 
  private:
   struct Cholmod;

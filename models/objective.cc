@@ -1,12 +1,15 @@
 #include <raybundle/models/objective.h>
 
+#include <raybundle/models/error.h>
 #include <raybundle/models/rotation.h>
 
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <string>
 
 namespace raybundle {
 namespace {
@@ -38,10 +41,35 @@ Objective::Objective(const Problem& problem, PoseUpdate update, Lens lens,
       fixed_camera_parameters_(problem.fixed_camera_parameters),
       fixed_points_(problem.fixed_points) {
   validate(problem);
+  check_fixed();
   sort_rows(problem);
   layout_ = linalg::make_layout({2, hub_size(lens), Problem::point_size}, problem.camera_count(),
                                 problem.point_count(), row_point_, row_camera_);
   frames_.resize(index(problem.camera_count()));
+}
+
+void Objective::check_fixed() const {
+  if (update_ == PoseUpdate::global) return;
+  constexpr unsigned rotation = 0b000111, translation = 0b111000;
+  const auto whole = [](unsigned mask, unsigned part) {
+    return (mask & part) == 0 || (mask & part) == part;
+  };
+  for (std::size_t c = 0; c < fixed_camera_parameters_.size(); ++c) {
+    const unsigned mask = fixed_camera_parameters_[c];
+    const bool holds = update_ == PoseUpdate::local
+                           ? whole(mask, rotation) && whole(mask, translation)
+                           : whole(mask, rotation | translation);
+    if (holds) continue;
+    throw InputError("problem", 0, "camera " + std::to_string(c) + " with a partly fixed pose",
+                     update_ == PoseUpdate::local
+                         ? "all or none of its rotation and of its translation fixed, or the "
+                           "global pose update"
+                         : "all or none of its pose fixed, or the global pose update");
+  }
+}
+
+unsigned Objective::fixed_mask(std::int64_t camera) const {
+  return fixed_camera_parameters_.empty() ? 0U : fixed_camera_parameters_[index(camera)];
 }
 
 // Rows by point, then camera; observations of the same pair keep their order.
@@ -124,7 +152,7 @@ void Objective::clear_fixed(std::int64_t first, std::int64_t last,
   if (fixed_camera_parameters_.empty()) return;
   const int size = layout_.hub_size;
   for (std::int64_t row = first; row < last; ++row) {
-    const unsigned mask = fixed_camera_parameters_[index(row_camera_[index(row)])];
+    const unsigned mask = fixed_mask(row_camera_[index(row)]);
     for (int k = 0; mask != 0 && k < size; ++k) {
       if ((mask >> k & 1U) == 0) continue;
       J.hub_blocks[index(2 * row * size + k)] = 0;
@@ -145,6 +173,10 @@ void Objective::retract(const State& state, const double* step, State& next) {
       const bool moves = std::any_of(delta, delta + 6, [](double x) { return x != 0; });
       if (moves) retract_pose(update_, camera, delta, moved);
       for (int k = 6; k < size; ++k) moved[k] += delta[k];
+      const unsigned mask = fixed_mask(c);
+      for (int k = 0; mask != 0 && k < Problem::camera_size; ++k) {
+        if ((mask >> k & 1U) != 0) moved[k] = camera[k];
+      }
     }
   });
   const double* delta = step + layout_.offset(linalg::Side::leaves);
@@ -157,20 +189,27 @@ void Objective::retract(const State& state, const double* step, State& next) {
 }
 
 double Objective::relative_change(const State& from, const State& to, double tolerance) const {
-  constexpr int block_sizes[] = {3, 3, 1, 2};
-  double largest = 0;
-  for (std::int64_t c = 0; c < layout_.hubs; ++c) {
-    std::int64_t at = c * Problem::camera_size;
-    for (const int size : block_sizes) {
-      largest = std::max(largest, relative(&from.cameras[index(at)], &to.cameras[index(at)], size,
-                                           tolerance));
-      at += size;
+  constexpr std::array camera_blocks = {3, 3, 1, 2};
+  std::array<double, linalg::max_chunks> largest = {};
+  const linalg::Chunks pieces = linalg::chunks(layout_.hubs + layout_.leaves, 4096);
+  pool_.run(pieces.pieces, [&](std::int64_t piece) {
+    double most = 0;
+    for (std::int64_t b = pieces.begin(piece); b < pieces.end(piece); ++b) {
+      if (b >= layout_.hubs) {
+        const std::size_t at = index((b - layout_.hubs) * Problem::point_size);
+        most = std::max(most, relative(&from.points[at], &to.points[at], Problem::point_size,
+                                       tolerance));
+        continue;
+      }
+      std::size_t at = index(b * Problem::camera_size);
+      for (const int size : camera_blocks) {
+        most = std::max(most, relative(&from.cameras[at], &to.cameras[at], size, tolerance));
+        at += static_cast<std::size_t>(size);
+      }
     }
-  }
-  for (std::size_t i = 0; i < from.points.size(); i += Problem::point_size) {
-    largest = std::max(largest, relative(&from.points[i], &to.points[i], 3, tolerance));
-  }
-  return largest;
+    largest[index(piece)] = most;
+  });
+  return *std::max_element(largest.begin(), largest.end());
 }
 
 }  // namespace raybundle

@@ -23,7 +23,9 @@ struct State {
 /// by point, then camera.
 class Objective {
  public:
-  /// Copies what it needs of the problem. Throws InputError when the problem is inconsistent.
+  /// Copies what it needs of the problem. Throws InputError when the problem is inconsistent, or
+  /// when it fixes a part of a pose that `update` cannot hold: a local update turns a rotation and
+  /// moves a translation as a whole, se3 only the whole pose.
   Objective(const Problem& problem, PoseUpdate update, Lens lens, linalg::ThreadPool& pool);
 
   const linalg::BlockLayout& layout() const { return layout_; }
@@ -43,8 +45,10 @@ class Objective {
   double relative_change(const State& from, const State& to, double tolerance) const;
 
  private:
+  void check_fixed() const;
   void sort_rows(const Problem& problem);
   void update_frames(const State& state);
+  unsigned fixed_mask(std::int64_t camera) const;
   void clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const;
   ResidualInput input(const State& state) const;
 

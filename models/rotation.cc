@@ -1,5 +1,6 @@
 // Rotations through unit quaternions: half-angle forms have no cancellation near 0 or near pi, and
-// atan2 gives the angle with full accuracy everywhere. Formulas: [Qu18, Eq. 2.6, 3.24-3.26], [Sol17].
+// atan2 gives the angle with full accuracy everywhere. Formulas: [Qu18, Eq. 2.6, 3.24-3.26],
+// [Sola17].
 
 #include <raybundle/models/rotation.h>
 
@@ -89,7 +90,7 @@ Matrix3 right_jacobian(const Vector3& phi) {
          sine_deficit(angle) * hat_squared(phi);
 }
 
-// J_r^-1 = I + 1/2 hat + (1 - x cot x) / (4 x^2) hat^2 with x = |phi| / 2 [Sol17]. The fraction
+// J_r^-1 = I + 1/2 hat + (1 - x cot x) / (4 x^2) hat^2 with x = |phi| / 2 [Sola17]. The fraction
 // equals ((1 - cos x) / x^2 - (x - sin x) / x^3) / (4 sin(x) / x), which stays accurate at 0.
 Matrix3 inverse_right_jacobian(const Vector3& phi) {
   const double x = 0.5 * norm(phi);

@@ -6,6 +6,7 @@
 // R residuals per row, K unknowns per kept block, E per eliminated block, W per block of a side.
 
 #include <raybundle/linalg/kernels/kernel_table.h>
+#include <raybundle/linalg/kernels/row.h>
 
 namespace raybundle::linalg::RAYBUNDLE_ISA {
 namespace {
@@ -17,12 +18,28 @@ inline Index position(const SideView& side, Index c) { return side.position ? si
 inline Index row_begin(const SideView& side, Index c) { return side.rows ? side.rows[c] : c; }
 inline Index row_end(const SideView& side, Index c) { return side.rows ? side.rows[c + 1] : c + 1; }
 
-// Calls visit(coupling, row) for every row of block b.
+// Asks for `bytes` at x before they are needed.
+template <int bytes>
+inline void prefetch(const double* x) {
+  for (int at = 0; at < bytes; at += 64) {
+    __builtin_prefetch(reinterpret_cast<const char*>(x) + at);
+  }
+}
+
+// How many couplings ahead of their use scattered blocks are asked for.
+constexpr Index lookahead = 8;
+
+// The coupling `lookahead` places after position p in a scattered list, or a negative number.
+inline Index coupling_ahead(const SideView& side, Index b, Index p) {
+  return side.list && p + lookahead < side.begin[b + 1] ? side.list[p + lookahead] : -1;
+}
+
+// Calls visit(position, coupling, row) for every row of block b.
 template <class Visit>
 inline void for_rows(const SideView& side, Index b, Visit&& visit) {
   for (Index p = side.begin[b]; p < side.begin[b + 1]; ++p) {
     const Index c = coupling(side, p);
-    for (Index row = row_begin(side, c); row < row_end(side, c); ++row) visit(c, row);
+    for (Index row = row_begin(side, c); row < row_end(side, c); ++row) visit(p, c, row);
   }
 }
 
@@ -34,19 +51,15 @@ inline void clear(double* x) {
 // u += J x, with J of R x W.
 template <int R, int W>
 inline void add_product(const double* J, const double* x, double* u) {
-  for (int r = 0; r < R; ++r) {
-    double sum = 0;
-    for (int i = 0; i < W; ++i) sum += J[r * W + i] * x[i];
-    u[r] += sum;
-  }
+  for (int r = 0; r < R; ++r) u[r] += Row<W>::dot(J + r * W, x);
 }
 
 // y += J^T u.
 template <int R, int W>
 inline void add_transpose_product(const double* J, const double* u, double* y) {
-  for (int r = 0; r < R; ++r) {
-    for (int i = 0; i < W; ++i) y[i] += J[r * W + i] * u[r];
-  }
+  auto sum = Row<W>::load(y);
+  for (int r = 0; r < R; ++r) sum.add(u[r], Row<W>::load(J + r * W));
+  sum.store(y);
 }
 
 // z = M M^T t.
@@ -60,33 +73,42 @@ inline void apply_factor(const double* M, const double* t, double* z) {
 
 template <int R, int W>
 struct SideKernels {
+  static void prefetch_row(const SideView& side, Index b, Index p, const double* J) {
+    const Index ahead = coupling_ahead(side, b, p);
+    if (ahead >= 0) prefetch<R * W * 8>(J + row_begin(side, ahead) * R * W);
+  }
+
   static void transpose_multiply(const SideView& side, const double* J, const double* u,
                                  Index first, Index last, double* y) {
     for (Index b = first; b < last; ++b) {
-      double sum[W] = {};
-      for_rows(side, b, [&](Index, Index row) {
-        add_transpose_product<R, W>(J + row * R * W, u + row * R, sum);
+      Row<W> sum = {};
+      for_rows(side, b, [&](Index p, Index, Index row) {
+        prefetch_row(side, b, p, J);
+        for (int k = 0; k < R; ++k) {
+          sum.add(u[row * R + k], Row<W>::load(J + (row * R + k) * W));
+        }
       });
-      for (int i = 0; i < W; ++i) y[b * W + i] = sum[i];
+      sum.store(y + b * W);
     }
   }
 
   static void normal_blocks(const SideView& side, const double* J, const double* r, Index first,
                             Index last, double* H, double* g) {
     for (Index b = first; b < last; ++b) {
-      double block[W * W] = {};
-      double sum[W] = {};
-      for_rows(side, b, [&](Index, Index row) {
-        const double* J_row = J + row * R * W;
+      Row<W> block[W] = {};
+      Row<W> sum = {};
+      for_rows(side, b, [&](Index p, Index, Index row) {
+        prefetch_row(side, b, p, J);
         for (int k = 0; k < R; ++k) {
-          for (int i = 0; i < W; ++i) {
-            for (int j = 0; j < W; ++j) block[i * W + j] += J_row[k * W + i] * J_row[k * W + j];
-          }
+          const double* J_row = J + (row * R + k) * W;
+          const auto x = Row<W>::load(J_row);
+#pragma GCC unroll 12
+          for (int i = 0; i < W; ++i) block[i].add(J_row[i], x);
+          sum.add(r[row * R + k], x);
         }
-        add_transpose_product<R, W>(J_row, r + row * R, sum);
       });
-      for (int i = 0; i < W * W; ++i) H[b * W * W + i] = block[i];
-      for (int i = 0; i < W; ++i) g[b * W + i] = sum[i];
+      for (int i = 0; i < W; ++i) block[i].store(H + (b * W + i) * W);
+      sum.store(g + b * W);
     }
   }
 };
@@ -98,7 +120,7 @@ struct RowKernels {
                        const double* J_leaf, const double* x_hub, const double* x_leaf,
                        Index first, Index last, double* u) {
     for (Index b = first; b < last; ++b) {
-      for_rows(leaves, b, [&](Index c, Index row) {
+      for_rows(leaves, b, [&](Index, Index c, Index row) {
         double sum[R] = {};
         add_product<R, K>(J_hub + row * R * K, x_hub + hubs.block[c] * K, sum);
         add_product<R, E>(J_leaf + row * R * E, x_leaf + b * E, sum);
@@ -153,17 +175,16 @@ struct Eliminate {
 
   // W^T = M^T J_e^T J_k of one coupling, E x K.
   static void coupling_block(const EliminationView& view, Index c, const double* M, double* W) {
-    clear<E * K>(W);
+    Row<K> block[E] = {};
     for (Index row = row_begin(view.kept, c); row < row_end(view.kept, c); ++row) {
       for (int r = 0; r < R; ++r) {
         double u[E] = {};
         add_transpose_product<E, E>(M, view.J_eliminated + (row * R + r) * E, u);
-        const double* J_row = view.J_kept + (row * R + r) * K;
-        for (int e = 0; e < E; ++e) {
-          for (int k = 0; k < K; ++k) W[e * K + k] += u[e] * J_row[k];
-        }
+        const auto x = Row<K>::load(view.J_kept + (row * R + r) * K);
+        for (int e = 0; e < E; ++e) block[e].add(u[e], x);
       }
     }
+    for (int e = 0; e < E; ++e) block[e].store(W + e * K);
   }
 
   static void couple(const EliminationView& view, const double* g_eliminated, Index first,
@@ -182,7 +203,7 @@ struct Eliminate {
                       Index last, double* u) {
     for (Index e = first; e < last; ++e) {
       double t[E] = {};
-      for_rows(view.eliminated, e, [&](Index c, Index row) {
+      for_rows(view.eliminated, e, [&](Index, Index c, Index row) {
         double* u_row = u + row * R;
         if (reset) clear<R>(u_row);
         if (x_kept) {
@@ -193,7 +214,7 @@ struct Eliminate {
       double z[E];
       apply_factor<E>(view.M + e * E * E, t, z);
       for (int i = 0; i < E; ++i) z[i] = -z[i];
-      for_rows(view.eliminated, e, [&](Index, Index row) {
+      for_rows(view.eliminated, e, [&](Index, Index, Index row) {
         add_product<R, E>(view.J_eliminated + row * R * E, z, u + row * R);
       });
     }
@@ -205,7 +226,7 @@ struct Eliminate {
     for (Index e = first; e < last; ++e) {
       double t[E];
       for (int i = 0; i < E; ++i) t[i] = g_eliminated[e * E + i];
-      for_rows(view.eliminated, e, [&](Index c, Index row) {
+      for_rows(view.eliminated, e, [&](Index, Index c, Index row) {
         double u[R] = {};
         add_product<R, K>(view.J_kept + row * R * K, x_kept + view.kept.block[c] * K, u);
         add_transpose_product<R, E>(view.J_eliminated + row * R * E, u, t);
@@ -218,24 +239,26 @@ struct Eliminate {
 
   // S -= A^T B for coupling blocks A, B of E x K.
   static void subtract_product(const double* A, const double* B, double* S, Index stride) {
-    double b[E * K];
-    for (int i = 0; i < E * K; ++i) b[i] = B[i];
+    Row<K> b[E];
+    for (int e = 0; e < E; ++e) b[e] = Row<K>::load(B + e * K);
+#pragma GCC unroll 12
     for (int i = 0; i < K; ++i) {
-      double sum[K] = {};
-      for (int e = 0; e < E; ++e) {
-        for (int k = 0; k < K; ++k) sum[k] += A[e * K + i] * b[e * K + k];
-      }
-      for (int k = 0; k < K; ++k) S[i * stride + k] -= sum[k];
+      auto sum = Row<K>::load(S + i * stride);
+      for (int e = 0; e < E; ++e) sum.add(-A[e * K + i], b[e]);
+      sum.store(S + i * stride);
     }
   }
 
   static void subtract_products(const EliminationView& view, const double* W, const double* y,
                                 Index a, const BlockRowView& block_row, double* v) {
+    auto reduced = Row<K>::load(v + a * K);
     for (Index p = view.kept.begin[a]; p < view.kept.begin[a + 1]; ++p) {
       const Index c = coupling(view.kept, p);
       const Index e = view.eliminated.block[c];
+      const Index ahead = coupling_ahead(view.kept, a, p);
+      if (ahead >= 0) prefetch<2 * E * K * 8>(W + ahead * E * K);
       for (int i = 0; i < E; ++i) {
-        for (int k = 0; k < K; ++k) v[a * K + k] -= W[c * E * K + i * K + k] * y[e * E + i];
+        reduced.add(-y[e * E + i], Row<K>::load(W + (c * E + i) * K));
       }
       for (Index q = position(view.eliminated, c); q < view.eliminated.begin[e + 1]; ++q) {
         const Index other = coupling(view.eliminated, q);
@@ -244,6 +267,7 @@ struct Eliminate {
                          block_row.stride);
       }
     }
+    reduced.store(v + a * K);
   }
 
   static void diagonal_blocks(const EliminationView& view, const double* H_kept, Index first,

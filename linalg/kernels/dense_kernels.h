@@ -15,7 +15,7 @@
 ///
 /// **Order of sums.** Every entry is a_ij - l_i0 l_j0 - l_i1 l_j1 - ..., subtracted one product at a
 /// time in this order (fused where the processor can). The bits of the result therefore do not
-/// depend on how the work is cut into tiles, nor on whether AVX2 or AVX-512 did it.
+/// depend on how the work is cut into tiles; they do depend on the instruction set.
 namespace raybundle::linalg {
 
 /// Strips [begin, end).
@@ -26,10 +26,10 @@ struct StripRange {
 
 /// A packed triangle being factorised; plain data shared by all kernels.
 struct PackedTriangle {
-  std::int64_t order;       ///< n
-  double* values;           ///< packed strips, 64-byte aligned
-  double* inverse_diagonal; ///< 1 / l_kk, filled by `factor`; length: n rounded up to `step`
-  const double* threshold;  ///< the pivot of column k must exceed this; same length
+  std::int64_t order;        ///< n
+  double* values;            ///< packed strips, 64-byte aligned
+  double* inverse_diagonal;  ///< 1 / l_kk, filled by `factor`; length: n rounded up to `step`
+  const double* threshold;   ///< the pivot of column k must exceed this; same length
 };
 
 /// The functions and the layout constants of one instruction set.

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint64_t golden_step = 0x9E3779B97F4A7C15U;  // 2^64 / golden ratio, odd
 
-/// The finaliser of SplitMix64 (Steele, Lea & Flood 2014): every input bit reaches every output bit.
+/// The finaliser of SplitMix64 [Steele14]: every input bit reaches every output bit.
 std::uint64_t mix(std::uint64_t x) {
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9U;
   x = (x ^ (x >> 27)) * 0x94D049BB133111EBU;

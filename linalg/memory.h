@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <new>
+#include <string>
+
+namespace raybundle::linalg {
+
+/// Memory that would be needed and is not there; refused before it is asked for, because a system
+/// that overcommits kills the process instead of failing the allocation.
+class MemoryRefusal : public std::bad_alloc {
+ public:
+  explicit MemoryRefusal(std::string message) : message_(std::move(message)) {}
+  const char* what() const noexcept override { return message_.c_str(); }
+
+ private:
+  std::string message_;
+};
+
+/// Bytes that can still be used without swapping; the largest number when the system does not say.
+double available_memory();
+
+/// Throws MemoryRefusal when `bytes` are more than is available; `what` names their purpose.
+void require_memory(double bytes, const std::string& what);
+
+}  // namespace raybundle::linalg

@@ -1,0 +1,177 @@
+#pragma once
+
+#include <raybundle/linalg/block_jacobian.h>
+#include <raybundle/linalg/normal_equations.h>
+#include <raybundle/linalg/reduced_system.h>
+#include <raybundle/linalg/symmetric_blocks.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <raybundle/tests/support/random_problem.h>
+
+namespace raybundle::test {
+
+/// What a random block-sparse least squares problem is made of.
+struct BlockSystemOptions {
+  std::uint64_t seed = 1;
+  int hub_size = 9;
+  int hubs = 5;             ///< unobserved ones included
+  int leaves = 17;          ///< unobserved and poor ones included
+  int rows_per_leaf = 3;    ///< distinct hubs of an ordinary leaf
+  int duplicates = 0;       ///< extra rows of a pair that is there already
+  int unobserved_hubs = 0;  ///< the last hubs
+  int unobserved_leaves = 0;
+  int poor_leaves = 0;            ///< the first leaves: a single row, so their block has rank 2
+  double hub_column_spread = 0;   ///< hub unknowns are scaled by 10^-spread .. 10^spread
+  double leaf_column_spread = 0;  ///< the same for leaf unknowns
+  double damping = 0.01;          ///< D is damping * uniform(0.5, 1.5) * diag(H)
+};
+
+/// A random Jacobian in blocks, and the same in dense form: the oracle of every linear path. The
+/// dense matrix is filled from the block values with nothing but their definition.
+class BlockSystem {
+ public:
+  explicit BlockSystem(const BlockSystemOptions& options)
+      : layout(compile(options)),
+        J(layout),
+        normal(layout),
+        r(Eigen::VectorXd::Zero(layout.residuals())) {
+    std::mt19937_64 random(options.seed + 1000);
+    const auto fill = [&](std::vector<double>& blocks, int size, double spread) {
+      Eigen::VectorXd scale(size);
+      for (double& s : scale) s = std::pow(10.0, spread * uniform(random));
+      for (std::size_t i = 0; i < blocks.size(); ++i) {
+        blocks[i] = uniform(random) * scale[static_cast<Eigen::Index>(i) % size];
+      }
+    };
+    fill(J.hub_blocks, layout.hub_size, options.hub_column_spread);
+    fill(J.leaf_blocks, layout.leaf_size, options.leaf_column_spread);
+    for (double& x : r) x = uniform(random);
+    dense = dense_jacobian();
+    D = Eigen::VectorXd::Zero(layout.unknowns());
+    const Eigen::VectorXd diagonal = dense.colwise().squaredNorm();
+    for (Eigen::Index i = 0; i < D.size(); ++i) {
+      const double base = diagonal[i] > 0 ? diagonal[i] : 1.0;
+      D[i] = options.damping * (1 + 0.5 * uniform(random)) * base;
+    }
+  }
+  BlockSystem(const BlockSystem&) = delete;
+  BlockSystem& operator=(const BlockSystem&) = delete;
+
+  /// The normal equations and all a reduced system asks for.
+  linalg::Linearization linearization(linalg::ThreadPool& pool) {
+    normal.form(J, r.data(), pool);
+    return {&J, &normal, r.data()};
+  }
+
+  /// J^T J + diag(D), J^T r.
+  Eigen::MatrixXd H() const {
+    Eigen::MatrixXd H = dense.transpose() * dense;
+    H.diagonal() += D;
+    return H;
+  }
+  Eigen::VectorXd gradient() const { return dense.transpose() * r; }
+
+  std::vector<std::int32_t> row_leaf, row_hub;  // before the layout, which is made from them
+  linalg::BlockLayout layout;
+  linalg::BlockJacobian J;
+  linalg::NormalEquations normal;
+  Eigen::VectorXd r;
+  Eigen::VectorXd D;
+  Eigen::MatrixXd dense;
+
+ private:
+  linalg::BlockLayout compile(const BlockSystemOptions& options) {
+    std::mt19937_64 random(options.seed);
+    const int hubs = options.hubs - options.unobserved_hubs;
+    std::vector<std::pair<std::int32_t, std::int32_t>> rows;  // (leaf, hub)
+    std::vector<std::int32_t> order(static_cast<std::size_t>(hubs));
+    std::iota(order.begin(), order.end(), 0);
+    for (int leaf = 0; leaf < options.leaves - options.unobserved_leaves; ++leaf) {
+      for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
+      const int count = leaf < options.poor_leaves ? 1 : std::min(options.rows_per_leaf, hubs);
+      for (int k = 0; k < count; ++k) rows.emplace_back(leaf, order[static_cast<std::size_t>(k)]);
+    }
+    const std::size_t distinct = rows.size();
+    for (int k = 0; k < options.duplicates; ++k) rows.push_back(rows[random() % distinct]);
+    std::sort(rows.begin(), rows.end());
+    for (const auto& [leaf, hub] : rows) {
+      row_leaf.push_back(leaf);
+      row_hub.push_back(hub);
+    }
+    return linalg::make_layout({2, options.hub_size, 3}, options.hubs, options.leaves, row_leaf,
+                               row_hub);
+  }
+
+  Eigen::MatrixXd dense_jacobian() const {
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(layout.residuals(), layout.unknowns());
+    const auto place = [&](const std::vector<double>& blocks, Eigen::Index row, Eigen::Index column,
+                           int size) {
+      for (Eigen::Index k = 0; k < 2; ++k) {
+        for (Eigen::Index i = 0; i < size; ++i) {
+          result(2 * row + k, column + i) =
+              blocks[static_cast<std::size_t>((2 * row + k) * size + i)];
+        }
+      }
+    };
+    const Eigen::Index leaves_at = layout.hubs * layout.hub_size;
+    for (std::size_t row = 0; row < row_leaf.size(); ++row) {
+      const auto at = static_cast<Eigen::Index>(row);
+      place(J.hub_blocks, at, Eigen::Index{row_hub[row]} * layout.hub_size, layout.hub_size);
+      place(J.leaf_blocks, at, leaves_at + Eigen::Index{row_leaf[row]} * 3, 3);
+    }
+    return result;
+  }
+};
+
+/// The whole symmetric matrix that the stored upper block triangle stands for. Only what a
+/// factorisation reads is read: from each diagonal block its upper triangle.
+inline Eigen::MatrixXd dense_of(linalg::SymmetricBlocks& A) {
+  using linalg::index;
+  const linalg::SymmetricPattern& pattern = A.pattern();
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(pattern.order(), pattern.order());
+  for (std::int64_t a = 0; a < pattern.blocks(); ++a) {
+    for (std::int64_t i = 0; i < pattern.block_size(a); ++i) {
+      const double* row = A.row(a) + i * A.stride(a);
+      const Eigen::Index from = pattern.offset[index(a)] + i;
+      for (std::int64_t p = pattern.row_begin[index(a)]; p < pattern.row_begin[index(a + 1)]; ++p) {
+        const std::int64_t b = pattern.column[index(p)];
+        for (std::int64_t k = 0; k < pattern.block_size(b); ++k) {
+          const Eigen::Index to = pattern.offset[index(b)] + k;
+          if (to < from) continue;
+          result(from, to) = result(to, from) = row[A.block_shift(p) + k];
+        }
+      }
+    }
+  }
+  return result;
+}
+
+/// Writes a dense symmetric matrix into the pattern of A; entries outside of it must be zero.
+inline void write_dense(const Eigen::MatrixXd& values, linalg::SymmetricBlocks& A) {
+  using linalg::index;
+  const linalg::SymmetricPattern& pattern = A.pattern();
+  for (std::int64_t a = 0; a < pattern.blocks(); ++a) {
+    A.set_zero(a);
+    for (std::int64_t i = 0; i < pattern.block_size(a); ++i) {
+      double* row = A.row(a) + i * A.stride(a);
+      for (std::int64_t p = pattern.row_begin[index(a)]; p < pattern.row_begin[index(a + 1)]; ++p) {
+        const std::int64_t b = pattern.column[index(p)];
+        for (std::int64_t k = 0; k < pattern.block_size(b); ++k) {
+          row[A.block_shift(p) + k] =
+              values(pattern.offset[index(a)] + i, pattern.offset[index(b)] + k);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace raybundle::test

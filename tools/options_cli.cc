@@ -1,0 +1,95 @@
+#include <raybundle/tools/options_cli.h>
+
+#include <array>
+#include <charconv>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <type_traits>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
+#include <raybundle/solver/option_table.h>
+
+namespace raybundle::tools {
+namespace {
+
+template <class T>
+struct ValueOf {
+  using Type = T;
+};
+template <class T>
+struct ValueOf<std::optional<T>> {
+  using Type = T;
+};
+
+template <class T>
+std::string text(const T& value) {
+  if constexpr (std::is_enum_v<T>) {
+    return name(value);
+  } else {
+    std::array<char, 32> buffer;
+    return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
+  }
+}
+template <class T>
+std::string text(const std::optional<T>& value) {
+  return value ? text(*value) : "the method's choice";
+}
+
+/// What the help page shows as the value: its kind, or all that are legal.
+template <class T>
+std::string kind() {
+  if constexpr (std::is_enum_v<T>) {
+    std::string names;
+    for (int i = 0; i < enum_count<T>; ++i) {
+      names += (i == 0 ? "" : "|") + std::string(name(static_cast<T>(i)));
+    }
+    return names;
+  } else {
+    return std::is_integral_v<T> ? "N" : "X";
+  }
+}
+
+/// The number that `text` is, all of it, within the bounds of the option.
+template <class Number>
+Number parse_number(const OptionInfo& info, const std::string& given) {
+  Number value{};
+  const char* end = given.data() + given.size();
+  const auto [last, error] = std::from_chars(given.data(), end, value);
+  const auto number = static_cast<double>(value);
+  const bool legal = error == std::errc() && last == end && !given.empty() && number >= info.low &&
+                     number <= info.high;
+  if (legal) return value;
+  throw OptionError("--" + std::string(info.name) + ": '" + given + "' is not a " +
+                    (std::is_integral_v<Number> ? "whole number" : "number") + " from " +
+                    text(info.low) + " to " + text(info.high));
+}
+
+template <class T>
+T parse(const OptionInfo& info, const std::string& given) {
+  if constexpr (std::is_enum_v<T>) {
+    return parse_enum<T>(info.name, given);
+  } else {
+    return parse_number<T>(info, given);
+  }
+}
+
+}  // namespace
+
+void add_solver_options(CLI::App& parser, Options& options) {
+  visit_options(options, [&parser](auto& field, const OptionInfo& info) {
+    using Value = typename ValueOf<std::remove_reference_t<decltype(field)>>::Type;
+    parser
+        .add_option_function<std::string>(
+            "--" + std::string(info.name),
+            [&field, info](const std::string& given) { field = parse<Value>(info, given); },
+            std::string(info.help) + " [" + text(field) + "]")
+        ->type_name(kind<Value>())
+        ->group("Solver options");
+  });
+}
+
+}  // namespace raybundle::tools

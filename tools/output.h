@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+/// Where results go: files, or "-" for standard output.
+namespace raybundle::tools {
+
+/// Throws std::system_error when `output` could not be written: its folder does not exist, it is a
+/// folder itself, may not be written, ... Leaves no trace. To be called before long work.
+void check_output(const std::string& output);
+
+/// Where "-" stands for standard output, a name that stands for it elsewhere too.
+std::string output_path(const std::string& output);
+
+/// Writes a report to standard output. Throws std::system_error, but not when the reader of a pipe
+/// has seen enough and closed it.
+void print(std::string_view text);
+
+}  // namespace raybundle::tools
