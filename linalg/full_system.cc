@@ -66,16 +66,15 @@ void FullSystem::write_diagonal(SymmetricBlocks& A, Side side) const {
 void FullSystem::write_couplings(SymmetricBlocks& A) {
   const int K = layout_.hub_size;
   const int L = layout_.leaf_size;
-  identity_.assign(index(layout_.size(Side::leaves) * L), 0.0);
-  for (std::int64_t i = 0; i < layout_.size(Side::leaves); ++i) identity_[index(i * L + i % L)] = 1;
   E_.resize(index(layout_.couplings * K * L));
-  std::vector<double> unused(index(layout_.size(Side::leaves)));
-  const EliminationView view = {side_view(layout_, Side::hubs), side_view(layout_, Side::leaves),
-                                at_.J->blocks(Side::hubs), at_.J->blocks(Side::leaves),
-                                identity_.data()};
+  EliminationView view = {};
+  view.kept = side_view(layout_, Side::hubs);
+  view.J_kept = at_.J->blocks(Side::hubs);
+  view.J_eliminated = at_.J->blocks(Side::leaves);
   const auto& kernels = elimination_kernels(layout_.row_size, K, L);
-  kernels.couple(view, at_.normal->gradient.data() + layout_.offset(Side::leaves), 0,
-                 layout_.leaves, E_.data(), unused.data());
+  parallel_for(pool_, layout_.couplings, 512, [&](std::int64_t first, std::int64_t last) {
+    kernels.couplings(view, first, last, E_.data());
+  });
 
   const SymmetricPattern& pattern = A.pattern();
   for (std::int64_t a = 0; a < layout_.hubs; ++a) {
@@ -84,9 +83,7 @@ void FullSystem::write_couplings(SymmetricBlocks& A) {
     for (std::int64_t p = begin; p < end; ++p) {
       const double* E = E_.data() + layout_.hub_side.list[index(p)] * K * L;
       double* block = A.row(a) + A.block_shift(pattern.row_begin[index(a)] + 1 + p - begin);
-      for (int k = 0; k < K; ++k) {
-        for (int l = 0; l < L; ++l) block[k * A.stride(a) + l] = E[l * K + k];
-      }
+      for (int k = 0; k < K; ++k) std::copy_n(E + k * L, L, block + k * A.stride(a));
     }
   }
 }

@@ -27,9 +27,8 @@ class FullSystem final : public ReducedSystem {
   ThreadPool& pool_;
   Linearization at_ = {};
   const double* damping_ = nullptr;
-  std::vector<double> rows_;      // scratch, one number per residual
-  std::vector<double> identity_;  // factors of leaves that leave the coupling blocks of E as they are
-  std::vector<double> E_;         // coupling blocks, leaf x hub
+  std::vector<double> rows_;  // scratch of apply(), one number per residual
+  std::vector<double> E_;     // coupling blocks, allocated by the first assemble()
 };
 
 }  // namespace raybundle::linalg

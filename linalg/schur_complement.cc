@@ -15,17 +15,25 @@ SchurComplement::SchurComplement(const BlockLayout& layout, Side eliminated, Thr
       eliminated_(eliminated),
       kernels_(elimination_kernels(layout.row_size, layout.block_size(kept_),
                                    layout.block_size(eliminated_))),
-      M_(index(layout.size(eliminated) * layout.block_size(eliminated))) {}
+      M_(index(layout.size(eliminated) * layout.block_size(eliminated))),
+      U_(index(layout.residuals() * layout.block_size(eliminated))),
+      y_(index(layout.size(eliminated))) {}
 
 EliminationView SchurComplement::view() const {
-  return {side_view(layout_, kept_), side_view(layout_, eliminated_), at_.J->blocks(kept_),
-          at_.J->blocks(eliminated_), M_.data()};
+  return {side_view(layout_, kept_),
+          side_view(layout_, eliminated_),
+          at_.J->blocks(kept_),
+          at_.J->blocks(eliminated_),
+          M_.data(),
+          U_.data(),
+          y_.data()};
 }
 
 void SchurComplement::prepare(const Linearization& at, const double* damping) {
   at_ = at;
   damping_ = damping;
   factor();
+  transform();
 }
 
 void SchurComplement::factor() {
@@ -60,18 +68,24 @@ void SchurComplement::factor_deficient(const std::vector<std::int64_t>& blocks) 
   }
 }
 
-void SchurComplement::gradient(double* v) {
-  rows_.assign(at_.residual, at_.residual + layout_.residuals());
+void SchurComplement::transform() {
+  const double* g = at_.normal->gradient.data() + layout_.offset(eliminated_);
   for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
-    kernels_.project(view(), nullptr, false, first, last, rows_.data());
+    kernels_.transform(view(), g, first, last, U_.data(), y_.data());
   });
-  transpose_multiply(*at_.J, kept_, rows_.data(), v, pool_);
+}
+
+void SchurComplement::gradient(double* v) {
+  std::copy_n(at_.normal->gradient.data() + offset(), size(), v);
+  for_blocks(layout_, kept_, pool_, [&](std::int64_t first, std::int64_t last) {
+    kernels_.reduce_gradient(view(), first, last, v);
+  });
 }
 
 void SchurComplement::apply(const double* x, double* y) {
   rows_.resize(index(layout_.residuals()));
   for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
-    kernels_.project(view(), x, true, first, last, rows_.data());
+    kernels_.project(view(), x, first, last, rows_.data());
   });
   transpose_multiply(*at_.J, kept_, rows_.data(), y, pool_);
   const double* d = damping(kept_);
@@ -80,10 +94,9 @@ void SchurComplement::apply(const double* x, double* y) {
 
 void SchurComplement::expand(const double* x, double* step) {
   std::copy_n(x, size(), step + offset());
-  const double* g = at_.normal->gradient.data() + layout_.offset(eliminated_);
   double* x_eliminated = step + layout_.offset(eliminated_);
   for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
-    kernels_.back_substitute(view(), g, x, first, last, x_eliminated);
+    kernels_.back_substitute(view(), x, first, last, x_eliminated);
   });
 }
 
@@ -126,15 +139,6 @@ SymmetricPattern SchurComplement::pattern() const {
   return pattern;
 }
 
-void SchurComplement::couple() {
-  W_.resize(index(layout_.couplings * layout_.hub_size * layout_.leaf_size));
-  y_.resize(index(layout_.size(eliminated_)));
-  const double* g = at_.normal->gradient.data() + layout_.offset(eliminated_);
-  for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
-    kernels_.couple(view(), g, first, last, W_.data(), y_.data());
-  });
-}
-
 // Block row a before anything is subtracted: H_aa + D_a, and v_a = g_a.
 void SchurComplement::start_row(SymmetricBlocks& A, std::int64_t a, double* v) const {
   const int size = layout_.block_size(kept_);
@@ -151,7 +155,6 @@ void SchurComplement::start_row(SymmetricBlocks& A, std::int64_t a, double* v) c
 }
 
 void SchurComplement::assemble(SymmetricBlocks& A, double* v) {
-  couple();
   const SymmetricPattern& pattern = A.pattern();
   const std::int64_t count = layout_.block_count(kept_);
   const Chunks pieces = chunks(count, 1);
@@ -164,7 +167,7 @@ void SchurComplement::assemble(SymmetricBlocks& A, double* v) {
             static_cast<std::int32_t>(A.block_shift(p) / layout_.block_size(kept_));
       }
       start_row(A, a, v);
-      kernels_.subtract_products(view(), W_.data(), y_.data(), a, {A.row(a), A.stride(a), slot}, v);
+      kernels_.subtract_products(view(), a, {A.row(a), A.stride(a), slot}, v);
     }
   });
 }

@@ -4,11 +4,11 @@
 
 namespace raybundle::linalg {
 
-/// The reduced system after eliminating one side. With k the kept and e the eliminated side and
-/// M M^T = (H_ee + D_e)^-1 block by block,
-///   A = J_k^T P J_k + D_k,  v = J_k^T P r,  P = I - J_e M M^T J_e^T,
-/// which the implicit product uses as it stands; the explicit matrix is summed from the coupling
-/// blocks W = E M: A = H_kk + D_k - W W^T.
+/// The reduced system after eliminating one side. With k the kept and e the eliminated side,
+/// M M^T = (H_ee + D_e)^-1 block by block, U = J_e M and y = M^T g_e,
+///   A = J_k^T P J_k + D_k,  P = I - U U^T,  v = g_k - J_k^T U y,
+/// for the implicit product as for the explicit matrix. U takes the place of the coupling blocks
+/// of E, which are never stored: it has the size of the eliminated Jacobian.
 class SchurComplement final : public ReducedSystem {
  public:
   SchurComplement(const BlockLayout& layout, Side eliminated, ThreadPool& pool);
@@ -30,7 +30,7 @@ class SchurComplement final : public ReducedSystem {
   EliminationView view() const;
   void factor();
   void factor_deficient(const std::vector<std::int64_t>& blocks);
-  void couple();
+  void transform();
   std::vector<std::int32_t> neighbours(std::int64_t a, std::vector<std::int64_t>& seen) const;
   void start_row(SymmetricBlocks& A, std::int64_t a, double* v) const;
   const double* damping(Side side) const { return damping_ + layout_.offset(side); }
@@ -42,11 +42,11 @@ class SchurComplement final : public ReducedSystem {
   const EliminationKernels& kernels_;
   Linearization at_ = {};
   const double* damping_ = nullptr;
-  std::vector<double> M_;                ///< factors of the eliminated blocks
-  std::vector<double> W_;                ///< coupling blocks, allocated by the first assemble()
-  std::vector<double> y_;                ///< M^T g_e
-  std::vector<double> rows_;             ///< scratch, one number per residual
-  std::vector<std::int32_t> slot_;       ///< per piece of work: kept block -> slot in a block row
+  std::vector<double> M_;           // block by block
+  std::vector<double> U_;           // row by row
+  std::vector<double> y_;           // block by block
+  std::vector<double> rows_;        // scratch of apply(), one number per residual
+  std::vector<std::int32_t> slot_;  // per piece of work: kept block -> slot in a block row
   std::int64_t deficient_blocks_ = 0;
 };
 

@@ -62,15 +62,6 @@ inline void add_transpose_product(const double* J, const double* u, double* y) {
   sum.store(y);
 }
 
-// z = M M^T t.
-template <int E>
-inline void apply_factor(const double* M, const double* t, double* z) {
-  double y[E] = {};
-  add_transpose_product<E, E>(M, t, y);
-  clear<E>(z);
-  add_product<E, E>(M, y, z);
-}
-
 template <int R, int W>
 struct SideKernels {
   static void prefetch_row(const SideView& side, Index b, Index p, const double* J) {
@@ -173,114 +164,150 @@ struct Eliminate {
     return failures;
   }
 
-  // W^T = M^T J_e^T J_k of one coupling, E x K.
-  static void coupling_block(const EliminationView& view, Index c, const double* M, double* W) {
-    Row<K> block[E] = {};
-    for (Index row = row_begin(view.kept, c); row < row_end(view.kept, c); ++row) {
-      for (int r = 0; r < R; ++r) {
-        double u[E] = {};
-        add_transpose_product<E, E>(M, view.J_eliminated + (row * R + r) * E, u);
-        const auto x = Row<K>::load(view.J_kept + (row * R + r) * K);
-        for (int e = 0; e < E; ++e) block[e].add(u[e], x);
-      }
-    }
-    for (int e = 0; e < E; ++e) block[e].store(W + e * K);
-  }
-
-  static void couple(const EliminationView& view, const double* g_eliminated, Index first,
-                     Index last, double* W, double* y) {
+  static void transform(const EliminationView& view, const double* g_eliminated, Index first,
+                        Index last, double* U, double* y) {
     for (Index e = first; e < last; ++e) {
+      const double* M = view.M + e * E * E;
       clear<E>(y + e * E);
-      add_transpose_product<E, E>(view.M + e * E * E, g_eliminated + e * E, y + e * E);
-      for (Index p = view.eliminated.begin[e]; p < view.eliminated.begin[e + 1]; ++p) {
-        const Index c = coupling(view.eliminated, p);
-        coupling_block(view, c, view.M + e * E * E, W + c * E * K);
+      add_transpose_product<E, E>(M, g_eliminated + e * E, y + e * E);
+      for_rows(view.eliminated, e, [&](Index, Index, Index row) {
+        for (Index k = row * R; k < (row + 1) * R; ++k) {
+          clear<E>(U + k * E);
+          add_transpose_product<E, E>(M, view.J_eliminated + k * E, U + k * E);
+        }
+      });
+    }
+  }
+
+  // v -= J^T U y of one row.
+  static void reduce_row(const EliminationView& view, Index e, Index row, Row<K>& v) {
+    for (Index k = row * R; k < (row + 1) * R; ++k) {
+      v.add(-Row<E>::dot(view.U + k * E, view.y + e * E), Row<K>::load(view.J_kept + k * K));
+    }
+  }
+
+  static void reduce_gradient(const EliminationView& view, Index first, Index last, double* v) {
+    for (Index a = first; a < last; ++a) {
+      auto reduced = Row<K>::load(v + a * K);
+      for_rows(view.kept, a, [&](Index, Index c, Index row) {
+        reduce_row(view, view.eliminated.block[c], row, reduced);
+      });
+      reduced.store(v + a * K);
+    }
+  }
+
+  static void project(const EliminationView& view, const double* x_kept, Index first, Index last,
+                      double* u) {
+    for (Index e = first; e < last; ++e) {
+      Row<E> t = {};
+      for_rows(view.eliminated, e, [&](Index, Index c, Index row) {
+        const double* x = x_kept + view.kept.block[c] * K;
+        for (Index k = row * R; k < (row + 1) * R; ++k) {
+          u[k] = Row<K>::dot(view.J_kept + k * K, x);
+          t.add(u[k], Row<E>::load(view.U + k * E));
+        }
+      });
+      double z[E];
+      t.store(z);
+      for_rows(view.eliminated, e, [&](Index, Index, Index row) {
+        for (Index k = row * R; k < (row + 1) * R; ++k) u[k] -= Row<E>::dot(view.U + k * E, z);
+      });
+    }
+  }
+
+  static void back_substitute(const EliminationView& view, const double* x_kept, Index first,
+                              Index last, double* x_eliminated) {
+    for (Index e = first; e < last; ++e) {
+      auto t = Row<E>::load(view.y + e * E);
+      for_rows(view.eliminated, e, [&](Index, Index c, Index row) {
+        const double* x = x_kept + view.kept.block[c] * K;
+        for (Index k = row * R; k < (row + 1) * R; ++k) {
+          t.add(Row<K>::dot(view.J_kept + k * K, x), Row<E>::load(view.U + k * E));
+        }
+      });
+      double z[E];
+      t.store(z);
+      for (int i = 0; i < E; ++i) {
+        x_eliminated[e * E + i] = -Row<E>::dot(view.M + (e * E + i) * E, z);
       }
     }
   }
 
-  static void project(const EliminationView& view, const double* x_kept, bool reset, Index first,
-                      Index last, double* u) {
-    for (Index e = first; e < last; ++e) {
-      double t[E] = {};
-      for_rows(view.eliminated, e, [&](Index, Index c, Index row) {
-        double* u_row = u + row * R;
-        if (reset) clear<R>(u_row);
-        if (x_kept) {
-          add_product<R, K>(view.J_kept + row * R * K, x_kept + view.kept.block[c] * K, u_row);
-        }
-        add_transpose_product<R, E>(view.J_eliminated + row * R * E, u_row, t);
-      });
-      double z[E];
-      apply_factor<E>(view.M + e * E * E, t, z);
-      for (int i = 0; i < E; ++i) z[i] = -z[i];
-      for_rows(view.eliminated, e, [&](Index, Index, Index row) {
-        add_product<R, E>(view.J_eliminated + row * R * E, z, u + row * R);
-      });
+  // A -= J_a^T U_a U_b^T J_b for one row of a and one of b.
+  static void subtract_product(const EliminationView& view, Index row_a, Index row_b, double* A,
+                               Index stride) {
+    Row<K> right[R] = {};  // U_a U_b^T J_b
+    for (int r = 0; r < R; ++r) {
+      const double* U_a = view.U + (row_a * R + r) * E;
+      for (int s = 0; s < R; ++s) {
+        const Index k = row_b * R + s;
+        right[r].add(Row<E>::dot(U_a, view.U + k * E), Row<K>::load(view.J_kept + k * K));
+      }
     }
-  }
-
-  static void back_substitute(const EliminationView& view, const double* g_eliminated,
-                              const double* x_kept, Index first, Index last,
-                              double* x_eliminated) {
-    for (Index e = first; e < last; ++e) {
-      double t[E];
-      for (int i = 0; i < E; ++i) t[i] = g_eliminated[e * E + i];
-      for_rows(view.eliminated, e, [&](Index, Index c, Index row) {
-        double u[R] = {};
-        add_product<R, K>(view.J_kept + row * R * K, x_kept + view.kept.block[c] * K, u);
-        add_transpose_product<R, E>(view.J_eliminated + row * R * E, u, t);
-      });
-      double z[E];
-      apply_factor<E>(view.M + e * E * E, t, z);
-      for (int i = 0; i < E; ++i) x_eliminated[e * E + i] = -z[i];
-    }
-  }
-
-  // S -= A^T B for coupling blocks A, B of E x K.
-  static void subtract_product(const double* A, const double* B, double* S, Index stride) {
-    Row<K> b[E];
-    for (int e = 0; e < E; ++e) b[e] = Row<K>::load(B + e * K);
+    const double* J_a = view.J_kept + row_a * R * K;
 #pragma GCC unroll 12
     for (int i = 0; i < K; ++i) {
-      auto sum = Row<K>::load(S + i * stride);
-      for (int e = 0; e < E; ++e) sum.add(-A[e * K + i], b[e]);
-      sum.store(S + i * stride);
+      auto sum = Row<K>::load(A + i * stride);
+      for (int r = 0; r < R; ++r) sum.add(-J_a[r * K + i], right[r]);
+      sum.store(A + i * stride);
     }
   }
 
-  static void subtract_products(const EliminationView& view, const double* W, const double* y,
-                                Index a, const BlockRowView& block_row, double* v) {
+  // The same for all rows of two couplings.
+  static void subtract_products_of(const EliminationView& view, Index c, Index other, double* A,
+                                   Index stride) {
+    for (Index row = row_begin(view.kept, c); row < row_end(view.kept, c); ++row) {
+      for (Index next = row_begin(view.kept, other); next < row_end(view.kept, other); ++next) {
+        subtract_product(view, row, next, A, stride);
+      }
+    }
+  }
+
+  static void subtract_products(const EliminationView& view, Index a, const BlockRowView& block_row,
+                                double* v) {
     auto reduced = Row<K>::load(v + a * K);
     for (Index p = view.kept.begin[a]; p < view.kept.begin[a + 1]; ++p) {
+      const Index ahead = coupling_ahead(view.kept, a, p);
+      if (ahead >= 0) {
+        prefetch<2 * R * K * 8>(view.J_kept + row_begin(view.kept, ahead) * R * K);
+        prefetch<2 * R * E * 8>(view.U + row_begin(view.kept, ahead) * R * E);
+      }
       const Index c = coupling(view.kept, p);
       const Index e = view.eliminated.block[c];
-      const Index ahead = coupling_ahead(view.kept, a, p);
-      if (ahead >= 0) prefetch<2 * E * K * 8>(W + ahead * E * K);
-      for (int i = 0; i < E; ++i) {
-        reduced.add(-y[e * E + i], Row<K>::load(W + (c * E + i) * K));
+      for (Index row = row_begin(view.kept, c); row < row_end(view.kept, c); ++row) {
+        reduce_row(view, e, row, reduced);
       }
       for (Index q = position(view.eliminated, c); q < view.eliminated.begin[e + 1]; ++q) {
         const Index other = coupling(view.eliminated, q);
         const Index slot = block_row.slot_of[view.kept.block[other]];
-        subtract_product(W + c * E * K, W + other * E * K, block_row.values + slot * K,
-                         block_row.stride);
+        subtract_products_of(view, c, other, block_row.values + slot * K, block_row.stride);
       }
     }
     reduced.store(v + a * K);
   }
 
   static void diagonal_blocks(const EliminationView& view, const double* H_kept, Index first,
-                              Index last, double* S_diagonal) {
+                              Index last, double* A_diagonal) {
     for (Index a = first; a < last; ++a) {
-      double* S = S_diagonal + a * K * K;
-      for (int i = 0; i < K * K; ++i) S[i] = H_kept[a * K * K + i];
+      double* A = A_diagonal + a * K * K;
+      for (int i = 0; i < K * K; ++i) A[i] = H_kept[a * K * K + i];
       for (Index p = view.kept.begin[a]; p < view.kept.begin[a + 1]; ++p) {
         const Index c = coupling(view.kept, p);
-        double W[E * K];
-        coupling_block(view, c, view.M + view.eliminated.block[c] * Index{E * E}, W);
-        subtract_product(W, W, S, K);
+        subtract_products_of(view, c, c, A, K);
       }
+    }
+  }
+
+  static void couplings(const EliminationView& view, Index first, Index last, double* blocks) {
+    for (Index c = first; c < last; ++c) {
+      Row<E> block[K] = {};
+      for (Index row = row_begin(view.kept, c); row < row_end(view.kept, c); ++row) {
+        for (Index k = row * R; k < (row + 1) * R; ++k) {
+          const auto J_e = Row<E>::load(view.J_eliminated + k * E);
+          for (int i = 0; i < K; ++i) block[i].add(view.J_kept[k * K + i], J_e);
+        }
+      }
+      for (int i = 0; i < K; ++i) block[i].store(blocks + (c * K + i) * E);
     }
   }
 };
@@ -297,8 +324,9 @@ constexpr BlockKernels make_block_kernels() {
 template <int R, int K, int E>
 constexpr EliminationKernels make_elimination_kernels() {
   using Kernels = Eliminate<R, K, E>;
-  return {&Kernels::factor,          &Kernels::couple,          &Kernels::project,
-          &Kernels::back_substitute, &Kernels::subtract_products, &Kernels::diagonal_blocks};
+  return {&Kernels::factor,          &Kernels::transform,       &Kernels::reduce_gradient,
+          &Kernels::project,         &Kernels::back_substitute, &Kernels::subtract_products,
+          &Kernels::diagonal_blocks, &Kernels::couplings};
 }
 
 }  // namespace

@@ -6,8 +6,9 @@
 /// blocks, which is also the grain of threading; nothing in it allocates or calls out.
 ///
 /// Every kernel sees the two sides of the normal equations as "kept" (k) and "eliminated" (e), so
-/// that eliminating leaves or hubs is a choice of arguments. M_e with M_e M_e^T = (H_ee + D)^-1 is
-/// the factor of an eliminated block.
+/// that eliminating leaves or hubs is a choice of arguments. For an eliminated block
+///   M M^T = (H_ee + D_e)^-1,   U = J_e M,   y = M^T g_e,
+/// and with P = I - U U^T the reduced system is A = J_k^T P J_k + D_k, v = g_k - J_k^T U y.
 namespace raybundle::linalg {
 
 /// Sparsity from one side; see Incidence and BlockLayout. A null list or position is the identity,
@@ -21,13 +22,15 @@ struct SideView {
 };
 
 /// What one elimination works on: the Jacobian blocks of both sides (row-major, row by row), the
-/// residuals, and the factors M (block by block, row-major).
+/// factors M (block by block), U (row by row, as J_e) and y (block by block).
 struct EliminationView {
   SideView kept;
   SideView eliminated;
   const double* J_kept;
   const double* J_eliminated;
   const double* M;
+  const double* U;
+  const double* y;
 };
 
 /// Where the blocks of one block row of a symmetric matrix go.
@@ -59,24 +62,26 @@ struct EliminationKernels {
   /// `tolerance` times its diagonal entry is left and its index put into `failed`; returns how many.
   std::int64_t (*factor)(const double* H, const double* d, double tolerance, std::int64_t first,
                          std::int64_t last, double* M, std::int64_t* failed);
-  /// W_c^T = M_e^T J_e^T J_k (eliminated x kept) for the couplings of eliminated [first, last),
-  /// and y_e = M_e^T g_e.
-  void (*couple)(const EliminationView& view, const double* g_eliminated, std::int64_t first,
-                 std::int64_t last, double* W, double* y);
-  /// u := u + J_k x_k (x_k may be null), then u := u - J_e M M^T J_e^T u, for the rows of
-  /// eliminated [first, last). With reset, u starts at zero.
-  void (*project)(const EliminationView& view, const double* x_kept, bool reset,
-                  std::int64_t first, std::int64_t last, double* u);
-  /// x_e = -M M^T (g_e + J_e^T J_k x_k) for eliminated [first, last).
-  void (*back_substitute)(const EliminationView& view, const double* g_eliminated,
-                          const double* x_kept, std::int64_t first, std::int64_t last,
-                          double* x_eliminated);
-  /// S_ab -= W_c W_c'^T for all b >= a, into the block row of kept a, and v_a -= W_c y_e.
-  void (*subtract_products)(const EliminationView& view, const double* W, const double* y,
-                            std::int64_t a, const BlockRowView& row, double* v);
-  /// S_aa = H_aa - sum_c W_c W_c^T without stored W, for kept [first, last).
+  /// U and y of eliminated [first, last).
+  void (*transform)(const EliminationView& view, const double* g_eliminated, std::int64_t first,
+                    std::int64_t last, double* U, double* y);
+  /// v_a -= J_a^T U y for kept a in [first, last).
+  void (*reduce_gradient)(const EliminationView& view, std::int64_t first, std::int64_t last,
+                          double* v);
+  /// u = P J_k x for the rows of eliminated [first, last).
+  void (*project)(const EliminationView& view, const double* x_kept, std::int64_t first,
+                  std::int64_t last, double* u);
+  /// x_e = -M (y + U^T J_k x_k) for eliminated [first, last).
+  void (*back_substitute)(const EliminationView& view, const double* x_kept, std::int64_t first,
+                          std::int64_t last, double* x_eliminated);
+  /// A_ab -= J_a^T U U^T J_b for all b >= a, into the block row of kept a, and v_a -= J_a^T U y.
+  void (*subtract_products)(const EliminationView& view, std::int64_t a, const BlockRowView& row,
+                            double* v);
+  /// A_aa = H_aa - J_a^T U U^T J_a for kept [first, last).
   void (*diagonal_blocks)(const EliminationView& view, const double* H_kept, std::int64_t first,
-                          std::int64_t last, double* S_diagonal);
+                          std::int64_t last, double* A_diagonal);
+  /// J_k^T J_e (kept x eliminated) for couplings [first, last): the blocks of E or of E^T.
+  void (*couplings)(const EliminationView& view, std::int64_t first, std::int64_t last, double* E);
 };
 
 /// The kernels for a layout; throws std::invalid_argument for block sizes nobody compiled.
