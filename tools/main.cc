@@ -16,6 +16,7 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
+#include <raybundle/linalg/memory.h>
 #include <raybundle/models/error.h>
 #include <raybundle/solver/option_table.h>
 #include <raybundle/tools/commands.h>
@@ -28,11 +29,12 @@ using raybundle::tools::Command;
 using raybundle::tools::ExitCode;
 
 constexpr const char* description =
-    "raybundle: bundle adjustment. Without an INPUT, `raybundle solve` solves a small street scene.";
+    "raybundle: bundle adjustment. Without an INPUT, `raybundle solve` solves a small street "
+    "scene.";
+constexpr const char* options_footer =
+    "Options of a subcommand: raybundle SUBCOMMAND -h; of all of them: raybundle --help-all\n\n";
 constexpr const char* footer =
-    R"(Options of a subcommand: raybundle SUBCOMMAND -h; of all of them: raybundle --help-all
-
-Results go to standard output or the file named, progress and warnings to standard error.
+    R"(Results go to standard output or the file named, progress and warnings to standard error.
 
 Exit codes:
   0  usable result: converged, or a limit was reached with a lower cost
@@ -64,6 +66,9 @@ ExitCode run(const Command& command) {
     return complain(std::string("raybundle: ") + error.what(), ExitCode::usage);
   } catch (const raybundle::InputError& error) {
     return complain(error.what(), ExitCode::bad_input);
+  } catch (const raybundle::linalg::MemoryRefusal& refusal) {
+    return complain(std::string("raybundle: not enough memory: ") + refusal.what(),
+                    ExitCode::no_memory);
   } catch (const std::bad_alloc&) {
     return complain("raybundle: not enough memory", ExitCode::no_memory);
   } catch (const std::exception& error) {
@@ -71,15 +76,18 @@ ExitCode run(const Command& command) {
   }
 }
 
-ExitCode usage_error(const CLI::App& program, const std::string& message) {
+ExitCode usage_error(const CLI::App& program, std::string message) {
   std::string name = "raybundle";
+  if (program.get_subcommands().empty() && !program.remaining().empty()) {
+    message = "'" + program.remaining().front() + "' is neither a subcommand nor an option";
+  }
   for (const CLI::App* chosen : program.get_subcommands()) name += " " + chosen->get_name();
   return complain("raybundle: " + message + " (see " + name + " -h)", ExitCode::usage);
 }
 
 ExitCode run_program(int argc, char** argv) {
   CLI::App program(description, "raybundle");
-  program.footer(footer);
+  program.footer(footer);  // the subcommands take it over
   program.get_formatter()->column_width(32);
   program.set_help_all_flag("--help-all", "Print the help of all subcommands and exit");
   program.set_version_flag("--version", raybundle::version);
@@ -87,11 +95,11 @@ ExitCode run_program(int argc, char** argv) {
   const std::vector<Command> commands = {
       raybundle::tools::add_solve(program), raybundle::tools::add_info(program),
       raybundle::tools::add_eval(program), raybundle::tools::add_version(program)};
+  program.footer(std::string(options_footer) + footer);
   try {
     program.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    const auto chosen = program.get_subcommands();
-    raybundle::tools::print(chosen.empty() ? program.help() : program.help("", CLI::AppFormatMode::Normal));
+    raybundle::tools::print(program.help());  // of the subcommand, when there is one
     return ExitCode::usable;
   } catch (const CLI::CallForAllHelp&) {
     raybundle::tools::print(program.help("", CLI::AppFormatMode::All));
@@ -118,7 +126,6 @@ int main(int argc, char** argv) {
   try {
     return static_cast<int>(run_program(argc, argv));
   } catch (const std::exception& error) {
-    return static_cast<int>(
-        complain(std::string("raybundle: ") + error.what(), ExitCode::failure));
+    return static_cast<int>(complain(std::string("raybundle: ") + error.what(), ExitCode::failure));
   }
 }

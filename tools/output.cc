@@ -12,9 +12,6 @@
 namespace raybundle::tools {
 
 void check_output(const std::string& output) {
-  if (output.empty()) {
-    throw std::system_error(ENOENT, std::generic_category(), "an output without a name");
-  }
   const std::string path = output_path(output);
   struct stat status {};
   const bool exists = ::stat(path.c_str(), &status) == 0;

@@ -1,7 +1,8 @@
-// Reads randomly damaged BAL files, to be run under the sanitizers:
+// Reads randomly damaged BAL files and solves what can be read, to be run under the sanitizers:
 //   mutate_bal [--count N] [--seed S] [FILE]
 // Damages FILE (or, without one, a generated problem) N times. Each text must give an InputError or
-// a valid problem; the first that does not is left in ./mutate_bal-failure.txt, with exit code 1.
+// a valid problem whose solve ends in finite numbers and at no higher cost; the first that does not
+// is left in ./mutate_bal-failure.txt, with exit code 1.
 // Round i of seed S is round 0 of seed S + i.
 
 #include <algorithm>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include <raybundle/models/io/file_content.h>
+#include <raybundle/solver/solve.h>
 #include <raybundle/tests/support/bal_check.h>
 #include <raybundle/tests/support/mutate.h>
 #include <raybundle/tests/support/random_problem.h>
@@ -54,6 +56,17 @@ Arguments parse(const std::vector<std::string>& words) {
   return arguments;
 }
 
+// A damaged problem may be hopeless, but its solve ends in words and leaves nothing worse.
+void solve_damaged(raybundle::Problem problem) {
+  const raybundle::Summary summary =
+      raybundle::solve(problem, {.max_iterations = 4, .threads = 1});
+  raybundle::validate(problem);
+  if (summary.termination == raybundle::Termination::bad_start) return;
+  if (!(summary.final_cost <= summary.initial_cost)) {
+    throw std::logic_error("the solve raised the cost");
+  }
+}
+
 int run(const Arguments& arguments) {
   using raybundle::test::random_problem;
   const std::string original = arguments.file.empty()
@@ -65,7 +78,11 @@ int run(const Arguments& arguments) {
     const std::string text = raybundle::test::Mutator(arguments.seed + i)(original);
     const auto start = std::chrono::steady_clock::now();
     try {
-      if (raybundle::test::reads_or_is_refused(text)) ++read;
+      const auto problem = raybundle::test::read_or_refuse(text);
+      if (problem) {
+        ++read;
+        solve_damaged(*problem);
+      }
     } catch (const std::exception& error) {
       std::ofstream("mutate_bal-failure.txt", std::ios::binary) << text;
       std::cerr << "seed " << arguments.seed + i << ": " << error.what() << "\n";
@@ -75,7 +92,7 @@ int run(const Arguments& arguments) {
     slowest = std::max(slowest, seconds.count());
   }
   std::cout << arguments.count << " mutations of " << original.size() << " bytes: " << read
-            << " read, " << arguments.count - read << " refused, slowest " << slowest << " s\n";
+            << " read and solved, " << arguments.count - read << " refused, slowest " << slowest << " s\n";
   return 0;
 }
 

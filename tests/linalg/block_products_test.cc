@@ -136,9 +136,9 @@ TEST_P(BlockProducts, SameBitsForAnyNumberOfThreads) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Systems, BlockProducts, ::testing::ValuesIn(systems()),
-                         [](const auto& info) {
-                           return "Hub" + std::to_string(info.param.hub_size) + "Seed" +
-                                  std::to_string(info.param.seed);
+                         [](const auto& test) {
+                           return "Hub" + std::to_string(test.param.hub_size) + "Seed" +
+                                  std::to_string(test.param.seed);
                          });
 
 // The environment variable that lowers the instruction set is what the other runs of these tests

@@ -255,7 +255,7 @@ TEST(MalformedBalText, MutationsAreReadOrRefused) {
   constexpr int rounds = 2000;
   for (int i = 0; i < rounds; ++i) {
     const std::string damaged = test::Mutator(static_cast<std::uint64_t>(i))(text);
-    ASSERT_NO_THROW(if (test::reads_or_is_refused(damaged))++ read) << "seed " << i;
+    ASSERT_NO_THROW(if (test::read_or_refuse(damaged))++ read) << "seed " << i;
   }
   // Both kinds must come up, or the mutations would test little.
   EXPECT_GT(read, rounds / 20);

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -32,9 +33,9 @@ inline std::string bal_text(const Problem& problem) {
   return out.str();
 }
 
-/// Whether `text` was read: into a problem that is valid and survives writing. When it was refused,
-/// then by an InputError that says all it has to. Anything else throws std::logic_error.
-inline bool reads_or_is_refused(const std::string& text) {
+/// The problem that `text` was read into, valid and surviving writing; or nothing where it was
+/// refused, by an InputError that says all it has to. Anything else throws std::logic_error.
+inline std::optional<Problem> read_or_refuse(const std::string& text) {
   Problem problem;
   try {
     problem = io::parse_bal(text, "text");
@@ -42,7 +43,7 @@ inline bool reads_or_is_refused(const std::string& text) {
     const bool complete = error.source() == "text" && error.line() >= 1 && !error.found().empty() &&
                           !error.expected().empty();
     if (!complete) throw std::logic_error(std::string("incomplete error: ") + error.what());
-    return false;
+    return std::nullopt;
   }
   try {
     validate(problem);
@@ -52,7 +53,7 @@ inline bool reads_or_is_refused(const std::string& text) {
   if (!same_bits(problem, io::parse_bal(bal_text(problem), "written"))) {
     throw std::logic_error("changed by writing and reading");
   }
-  return true;
+  return problem;
 }
 
 }  // namespace raybundle::test

@@ -55,7 +55,7 @@ class BlockSystem {
     fill(J.hub_blocks, layout.hub_size, options.hub_column_spread);
     fill(J.leaf_blocks, layout.leaf_size, options.leaf_column_spread);
     for (double& x : r) x = uniform(random);
-    dense = dense_jacobian();
+    update_dense();
     D = Eigen::VectorXd::Zero(layout.unknowns());
     const Eigen::VectorXd diagonal = dense.colwise().squaredNorm();
     for (Eigen::Index i = 0; i < D.size(); ++i) {
@@ -65,6 +65,26 @@ class BlockSystem {
   }
   BlockSystem(const BlockSystem&) = delete;
   BlockSystem& operator=(const BlockSystem&) = delete;
+
+  /// Writes the block values into the dense matrix; needed after changing them by hand.
+  void update_dense() {
+    dense = Eigen::MatrixXd::Zero(layout.residuals(), layout.unknowns());
+    const auto place = [&](const std::vector<double>& blocks, Eigen::Index row, Eigen::Index column,
+                           int size) {
+      for (Eigen::Index k = 0; k < 2; ++k) {
+        for (Eigen::Index i = 0; i < size; ++i) {
+          dense(2 * row + k, column + i) =
+              blocks[static_cast<std::size_t>((2 * row + k) * size + i)];
+        }
+      }
+    };
+    const Eigen::Index leaves_at = layout.hubs * layout.hub_size;
+    for (std::size_t row = 0; row < row_leaf.size(); ++row) {
+      const auto at = static_cast<Eigen::Index>(row);
+      place(J.hub_blocks, at, Eigen::Index{row_hub[row]} * layout.hub_size, layout.hub_size);
+      place(J.leaf_blocks, at, leaves_at + Eigen::Index{row_leaf[row]} * 3, 3);
+    }
+  }
 
   /// The normal equations and all a reduced system asks for.
   linalg::Linearization linearization(linalg::ThreadPool& pool) {
@@ -111,25 +131,6 @@ class BlockSystem {
                                row_hub);
   }
 
-  Eigen::MatrixXd dense_jacobian() const {
-    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(layout.residuals(), layout.unknowns());
-    const auto place = [&](const std::vector<double>& blocks, Eigen::Index row, Eigen::Index column,
-                           int size) {
-      for (Eigen::Index k = 0; k < 2; ++k) {
-        for (Eigen::Index i = 0; i < size; ++i) {
-          result(2 * row + k, column + i) =
-              blocks[static_cast<std::size_t>((2 * row + k) * size + i)];
-        }
-      }
-    };
-    const Eigen::Index leaves_at = layout.hubs * layout.hub_size;
-    for (std::size_t row = 0; row < row_leaf.size(); ++row) {
-      const auto at = static_cast<Eigen::Index>(row);
-      place(J.hub_blocks, at, Eigen::Index{row_hub[row]} * layout.hub_size, layout.hub_size);
-      place(J.leaf_blocks, at, leaves_at + Eigen::Index{row_leaf[row]} * 3, 3);
-    }
-    return result;
-  }
 };
 
 /// The whole symmetric matrix that the stored upper block triangle stands for. Only what a

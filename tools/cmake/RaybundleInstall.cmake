@@ -13,7 +13,8 @@ foreach(folder IN ITEMS linalg models solver)
     DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/raybundle/${folder}"
     FILES_MATCHING
     PATTERN "*.h"
-    PATTERN "*_impl.h" EXCLUDE) # bodies that are compiled once per instruction set
+    PATTERN "*_impl.h" EXCLUDE # bodies that are compiled once per instruction set
+    PATTERN "cholmod_*.h" EXCLUDE) # speak CHOLMOD's types
 endforeach()
 install(FILES "${PROJECT_BINARY_DIR}/include/raybundle/version.h"
         DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/raybundle")

@@ -1,0 +1,207 @@
+// Blocks that Cholesky refuses: factors of a pseudo-inverse take their place, directions without
+// information get no step, and everything else is solved in the least squares sense.
+
+#include <raybundle/linalg/block_factor.h>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+#include <raybundle/linalg/schur_complement.h>
+#include <raybundle/tests/support/block_system.h>
+
+namespace raybundle::linalg {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using test::BlockSystem;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double inf = std::numeric_limits<double>::infinity();
+
+RowMajor random_matrix(std::int64_t rows, std::int64_t columns, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  return RowMajor::NullaryExpr(rows, columns, [&] { return test::uniform(random); });
+}
+
+RowMajor factor_of(const RowMajor& A) {
+  RowMajor M = RowMajor::Constant(A.rows(), A.cols(), 1e300);
+  inverse_factor(A.data(), static_cast<int>(A.rows()), M.data());
+  return M;
+}
+
+TEST(BlockFactor, InvertsDefiniteBlocksOfEverySize) {
+  for (int n = 1; n <= 12; ++n) {
+    const RowMajor B = random_matrix(n + 4, n, static_cast<std::uint64_t>(n));
+    const RowMajor A = B.transpose() * B + 0.1 * RowMajor::Identity(n, n);
+    const RowMajor M = factor_of(A);
+    EXPECT_LE((A * M * M.transpose() - RowMajor::Identity(n, n)).norm(), 1e-10) << n;
+  }
+}
+
+TEST(BlockFactor, UnitsDoNotMatter) {
+  const RowMajor B = random_matrix(12, 9, 3);
+  VectorXd s(9);
+  s << 1e-9, 1, 1e9, 1e-3, 1e3, 1, 1e6, 1e-6, 1e2;
+  const RowMajor A = s.asDiagonal() * RowMajor(B.transpose() * B) * s.asDiagonal();
+  const RowMajor M = factor_of(A);
+  const RowMajor identity = s.asDiagonal() * (M * M.transpose()).eval() * s.asDiagonal() *
+                            RowMajor(B.transpose() * B);
+  EXPECT_LE((identity - RowMajor::Identity(9, 9)).norm(), 1e-9);
+}
+
+// With G = M M^T: A G A = A (nothing that has information is lost) and G A G = G (nothing else is
+// invented), for any rank.
+TEST(BlockFactor, SemidefiniteBlocksGiveAGeneralisedInverse) {
+  for (const int n : {3, 6, 9}) {
+    for (int rank = 0; rank < n; ++rank) {
+      const RowMajor B = random_matrix(rank, n, static_cast<std::uint64_t>(10 * n + rank));
+      const RowMajor A = B.transpose() * B;
+      const RowMajor M = factor_of(A);
+      const RowMajor G = M * M.transpose();
+      EXPECT_LE((A * G * A - A).norm(), 1e-12 * A.norm()) << n << ", rank " << rank;
+      EXPECT_LE((G * A * G - G).norm(), 1e-9 * G.norm()) << n << ", rank " << rank;
+      EXPECT_EQ(Eigen::ColPivHouseholderQR<MatrixXd>(M).rank(), rank);
+    }
+  }
+}
+
+TEST(BlockFactor, ZeroAndNonFiniteBlocksGiveNoStep) {
+  EXPECT_TRUE(factor_of(RowMajor::Zero(3, 3)).isZero(0));
+  for (const double bad : {nan, inf, -inf}) {
+    RowMajor A = RowMajor::Identity(9, 9);
+    A(4, 4) = bad;
+    EXPECT_TRUE(factor_of(A).isZero(0)) << bad;
+    A = RowMajor::Identity(9, 9);
+    A(2, 1) = A(1, 2) = bad;
+    EXPECT_TRUE(factor_of(A).isZero(0)) << bad;
+  }
+}
+
+TEST(BlockFactor, UnknownsWithoutAnyInformationKeepAnExactZero) {
+  RowMajor A = RowMajor::Zero(9, 9);
+  const RowMajor B = random_matrix(9, 7, 8);
+  A.topLeftCorner(7, 7) = B.transpose() * B;  // two unknowns are held fixed
+  const RowMajor M = factor_of(A);
+  EXPECT_TRUE(M.bottomRows(2).isZero(0));
+  const RowMajor G = M * M.transpose();
+  EXPECT_LE((A * G * A - A).norm(), 1e-12 * A.norm());
+}
+
+// Gauss-Newton steps (no damping) with leaves of rank 2 and leaves and hubs nobody observes.
+class DeficientLeaves : public ::testing::TestWithParam<int> {
+ protected:
+  DeficientLeaves()
+      : system_({.seed = 31,
+                 .hub_size = GetParam(),
+                 .hubs = 3,
+                 .leaves = 60,
+                 .unobserved_leaves = 2,
+                 .poor_leaves = 5,
+                 .damping = 0}),
+        reduced_(system_.layout, Side::leaves, pool_) {
+    reduced_.prepare(system_.linearization(pool_), system_.D.data());
+    SymmetricBlocks A(reduced_.pattern(), SymmetricBlocks::Storage::dense);
+    VectorXd v(reduced_.size());
+    reduced_.assemble(A, v.data());
+    A_ = test::dense_of(A);
+    v_ = v;
+    const VectorXd x = -A_.ldlt().solve(v);
+    step_.resize(system_.layout.unknowns());
+    reduced_.expand(x.data(), step_.data());
+  }
+
+  MatrixXd leaf_block(std::int64_t leaf) const {
+    const std::int64_t at = system_.layout.offset(Side::leaves) + 3 * leaf;
+    return (system_.dense.transpose() * system_.dense).block(at, at, 3, 3);
+  }
+
+  ThreadPool pool_{2};
+  BlockSystem system_;
+  SchurComplement reduced_;
+  MatrixXd A_;
+  VectorXd v_;
+  VectorXd step_;
+};
+
+TEST_P(DeficientLeaves, AreCounted) { EXPECT_EQ(reduced_.deficient_blocks(), 7); }
+
+TEST_P(DeficientLeaves, StepSolvesTheLeastSquaresProblem) {
+  // The normal equations hold in full: nothing that could be explained is left over.
+  const VectorXd residual = system_.dense.transpose() * (system_.dense * step_ + system_.r);
+  EXPECT_LE(residual.norm(), 1e-10 * system_.gradient().norm());
+}
+
+TEST_P(DeficientLeaves, StepHasNoComponentAlongNullDirections) {
+  for (std::int64_t leaf = 0; leaf < 5; ++leaf) {
+    const MatrixXd C = leaf_block(leaf);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(C);
+    ASSERT_LE(eigen.eigenvalues()[0], 1e-14 * eigen.eigenvalues()[2]);
+    const VectorXd null = eigen.eigenvectors().col(0);
+    const VectorXd p = step_.segment(system_.layout.offset(Side::leaves) + 3 * leaf, 3);
+    // Orthogonal in the metric of the block's diagonal, which has no units.
+    const VectorXd metric = C.diagonal();
+    const double along = null.dot(metric.cwiseProduct(p));
+    const double lengths = std::sqrt(null.dot(metric.cwiseProduct(null))) *
+                           std::sqrt(p.dot(metric.cwiseProduct(p)));
+    EXPECT_LE(std::abs(along), 1e-9 * lengths);
+    EXPECT_GT(p.norm(), 0.0) << "the rest of the leaf does move";
+  }
+}
+
+TEST_P(DeficientLeaves, UnobservedLeavesStayExactly) {
+  EXPECT_TRUE(step_.tail(6).isZero(0));
+}
+
+TEST_P(DeficientLeaves, ImplicitAndExplicitAgree) {
+  std::mt19937_64 random(4);
+  const VectorXd x = VectorXd::NullaryExpr(reduced_.size(), [&] { return test::uniform(random); });
+  VectorXd y(x.size()), v(x.size());
+  reduced_.apply(x.data(), y.data());
+  reduced_.gradient(v.data());
+  EXPECT_LE((y - A_ * x).norm(), 1e-11 * A_.norm() * x.norm());
+  EXPECT_LE((v - v_).norm(), 1e-11 * system_.gradient().norm());
+}
+
+INSTANTIATE_TEST_SUITE_P(HubSizes, DeficientLeaves, ::testing::Values(9, 6));
+
+// A far point as seen in practice: its block is singular but for rounding. With damping the step is
+// the damped solution, however little the block says by itself.
+TEST(NearlyDeficientLeaf, DampedStepIsTheDampedSolution) {
+  for (const double smallest : {1e-3, 1e-6, 1e-8, 1e-12, 0.0}) {
+    BlockSystem system({.seed = 41, .hubs = 3, .leaves = 30});
+    // The third column of the first leaf (six residuals): little that the others do not say.
+    for (std::size_t i = 0; i < 6; ++i) {
+      double* row = system.J.leaf_blocks.data() + 3 * i;
+      row[2] = 0.5 * row[0] - 0.25 * row[1] + smallest * row[2];
+    }
+    system.update_dense();
+    system.D = 1e-6 * system.dense.colwise().squaredNorm();
+    const VectorXd expected = -system.H().ldlt().solve(system.gradient());
+    ThreadPool pool(1);
+    for (const Side side : {Side::leaves, Side::hubs}) {
+      SchurComplement reduced(system.layout, side, pool);
+      reduced.prepare(system.linearization(pool), system.D.data());
+      EXPECT_EQ(reduced.deficient_blocks(), 0) << "damping makes it definite";
+      SymmetricBlocks A(reduced.pattern(), SymmetricBlocks::Storage::dense);
+      VectorXd v(reduced.size()), step(system.layout.unknowns());
+      reduced.assemble(A, v.data());
+      const VectorXd x = -test::dense_of(A).ldlt().solve(v);
+      reduced.expand(x.data(), step.data());
+      EXPECT_LE((step - expected).norm(), 1e-6 * expected.norm()) << smallest;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace raybundle::linalg

@@ -1,0 +1,177 @@
+// The stop tests one by one, on records made by hand.
+
+#include <raybundle/solver/convergence.h>
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <set>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <raybundle/solver/option_table.h>
+
+namespace raybundle {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double inf = std::numeric_limits<double>::infinity();
+
+constexpr std::array all = {
+    Termination::gradient_tolerance,   Termination::function_tolerance,
+    Termination::parameter_tolerance,  Termination::max_iterations,
+    Termination::time_limit,           Termination::stopped,
+    Termination::damping_limit,        Termination::consecutive_failures,
+    Termination::bad_start};
+
+// An accepted step that moved and helped: no reason to stop.
+IterationRecord good_step() {
+  IterationRecord record;
+  record.iteration = 1;
+  record.accepted = true;
+  record.cost = record.candidate_cost = 90;
+  record.predicted_decrease = 10;
+  record.gradient_max = record.gradient_norm = 5;
+  record.relative_step = record.step_norm = 0.1;
+  record.rho = 1;
+  return record;
+}
+
+IterationRecord rejected_step() {
+  IterationRecord record = good_step();
+  record.accepted = false;
+  record.cost = 100;
+  record.candidate_cost = 120;
+  record.rho = -2;
+  return record;
+}
+
+// A factorisation that failed leaves nothing to judge.
+IterationRecord failed_step() {
+  IterationRecord record = rejected_step();
+  record.candidate_cost = record.rho = nan;
+  record.predicted_decrease = record.relative_step = record.step_norm = 0;
+  return record;
+}
+
+std::optional<Termination> verdict(const IterationRecord& record, const Options& options = {},
+                                   double next_damping = 1) {
+  return Convergence(resolve(options)).test(record, 100, next_damping);
+}
+
+TEST(Convergence, GoesOnAfterAGoodStep) { EXPECT_EQ(verdict(good_step()), std::nullopt); }
+
+TEST(Convergence, GradientByItsLargestEntry) {
+  IterationRecord record = good_step();
+  record.gradient_max = 1e-3;
+  record.gradient_norm = 1;  // of very many entries
+  EXPECT_EQ(verdict(record, {.gradient_tolerance = 1e-3}), Termination::gradient_tolerance);
+  EXPECT_EQ(verdict(record, {.gradient_tolerance = 0.999e-3}), std::nullopt);
+  record.iteration = 0;
+  EXPECT_EQ(verdict(record, {.gradient_tolerance = 1e-3}), Termination::gradient_tolerance);
+  record.gradient_max = nan;
+  EXPECT_EQ(verdict(record, {.gradient_tolerance = 1e300}), std::nullopt);
+}
+
+TEST(Convergence, RelativeDecreaseOfTheCost) {
+  IterationRecord record = good_step();
+  record.cost = record.candidate_cost = 100 - 1e-4;
+  record.predicted_decrease = 1e-4;
+  EXPECT_EQ(verdict(record, {.function_tolerance = 1.001e-6}), Termination::function_tolerance);
+  EXPECT_EQ(verdict(record, {.function_tolerance = 0.999e-6}), std::nullopt);
+}
+
+TEST(Convergence, TheStartIsNotAStep) {
+  IterationRecord record = good_step();
+  record.iteration = 0;
+  record.relative_step = 0;
+  record.cost = 100;  // as large as "before"
+  EXPECT_EQ(verdict(record), std::nullopt);
+}
+
+TEST(Convergence, RelativeStep) {
+  IterationRecord record = good_step();
+  record.relative_step = 1e-5;
+  EXPECT_EQ(verdict(record, {.parameter_tolerance = 1e-5}), Termination::parameter_tolerance);
+  EXPECT_EQ(verdict(record, {.parameter_tolerance = 0.99e-5}), std::nullopt);
+}
+
+TEST(Convergence, ARejectedStepOfNoConsequenceConverges) {
+  IterationRecord record = rejected_step();
+  record.candidate_cost = 100 + 5e-5;
+  record.predicted_decrease = 5e-5;
+  EXPECT_EQ(verdict(record, {.function_tolerance = 1e-6}), Termination::function_tolerance);
+  record.predicted_decrease = 10;  // the model still promises much
+  EXPECT_EQ(verdict(record, {.function_tolerance = 1e-6}), std::nullopt);
+  record.predicted_decrease = 5e-5;
+  record.candidate_cost = 120;  // and the cost is far from flat
+  EXPECT_EQ(verdict(record, {.function_tolerance = 1e-6}), std::nullopt);
+}
+
+TEST(Convergence, AFailedFactorisationIsNotConvergence) {
+  EXPECT_EQ(verdict(failed_step(), {.function_tolerance = 1, .parameter_tolerance = 1}),
+            std::nullopt);
+  IterationRecord record = rejected_step();
+  record.candidate_cost = inf;
+  record.relative_step = 0;
+  record.predicted_decrease = 0;
+  EXPECT_EQ(verdict(record, {.function_tolerance = 1, .parameter_tolerance = 1}), std::nullopt);
+}
+
+TEST(Convergence, DampingAtItsLimit) {
+  EXPECT_EQ(verdict(rejected_step(), {.max_damping = 1e6}, 1.1e6), Termination::damping_limit);
+  EXPECT_EQ(verdict(rejected_step(), {.max_damping = 1e6}, 1e6), std::nullopt);
+  EXPECT_EQ(verdict(failed_step(), {.max_damping = 1e6}, inf), Termination::damping_limit);
+  EXPECT_EQ(verdict(good_step(), {.max_damping = 1e6}, 2e6), std::nullopt)
+      << "an accepted step is no failure";
+}
+
+TEST(Convergence, FailuresCountInARowOnly) {
+  Convergence convergence(resolve({.max_consecutive_failures = 3}));
+  for (int round = 0; round < 2; ++round) {
+    EXPECT_EQ(convergence.test(rejected_step(), 100, 1), std::nullopt);
+    EXPECT_EQ(convergence.test(failed_step(), 100, 1), std::nullopt);
+    if (round == 1) break;
+    EXPECT_EQ(convergence.test(good_step(), 100, 1), std::nullopt);
+  }
+  EXPECT_EQ(convergence.test(rejected_step(), 100, 1), Termination::consecutive_failures);
+}
+
+TEST(Convergence, Limits) {
+  IterationRecord record = good_step();
+  record.iteration = 7;
+  record.seconds = 2;
+  EXPECT_EQ(verdict(record, {.max_iterations = 7}), Termination::max_iterations);
+  EXPECT_EQ(verdict(record, {.max_iterations = 8}), std::nullopt);
+  EXPECT_EQ(verdict(record, {.time_limit = 2}), Termination::time_limit);
+  EXPECT_EQ(verdict(record, {.time_limit = 2.1}), std::nullopt);
+  record.iteration = 0;
+  EXPECT_EQ(verdict(record, {.max_iterations = 0}), Termination::max_iterations);
+  record.gradient_max = 0;  // convergence is the better news
+  EXPECT_EQ(verdict(record, {.max_iterations = 0}), Termination::gradient_tolerance);
+}
+
+TEST(Termination, NamesOutcomesAndReasons) {
+  Summary summary;
+  summary.iterations.push_back(good_step());
+  std::set<std::string> names, reasons;
+  for (const Termination value : all) {
+    EXPECT_TRUE(names.insert(name(value)).second) << name(value);
+    const std::string reason = Convergence::explain(value, summary);
+    EXPECT_FALSE(reason.empty()) << name(value);
+    EXPECT_TRUE(reasons.insert(reason).second) << reason;
+    const Outcome kind = outcome(value);
+    EXPECT_EQ(reason.rfind("converged", 0) == 0, kind == Outcome::converged) << reason;
+    EXPECT_EQ(reason.rfind("failed", 0) == 0, kind == Outcome::failed) << reason;
+    EXPECT_EQ(reason.rfind("limit", 0) == 0, kind == Outcome::limit_reached) << reason;
+    summary.termination = value;
+    EXPECT_EQ(summary.usable(), kind != Outcome::failed);
+  }
+  EXPECT_EQ(outcome(Termination::stopped), Outcome::interrupted);
+  EXPECT_STREQ(name(Termination::gradient_tolerance), "gradient_tolerance");
+  EXPECT_STREQ(name(Termination::bad_start), "bad_start");
+}
+
+}  // namespace
+}  // namespace raybundle

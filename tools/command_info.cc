@@ -1,0 +1,206 @@
+// raybundle info: the shape of a problem, what solving it would take, and advice.
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <nlohmann/json.hpp>
+
+#include <raybundle/linalg/memory.h>
+#include <raybundle/models/statistics.h>
+#include <raybundle/tools/commands.h>
+#include <raybundle/tools/input.h>
+#include <raybundle/tools/memory_estimate.h>
+#include <raybundle/tools/output.h>
+#include <raybundle/tools/report.h>
+
+namespace raybundle::tools {
+namespace {
+
+struct Info {
+  std::string source;
+  StructureStatistics structure;
+  ReprojectionStatistics reprojection;
+  MemoryEstimates memory;
+  std::vector<std::string> warnings;
+  std::vector<std::string> advice;
+};
+
+/// Which method, judged by memory.
+std::string method_advice(const MemoryEstimates& memory) {
+  const double available = linalg::available_memory();
+  const auto fits = [&](const MemoryEstimate& estimate) {
+    return estimate.bytes < 0.8 * available;
+  };
+  const auto best = [&](Method method) {
+    const MemoryEstimate* found = nullptr;
+    for (const MemoryEstimate& each : memory.methods) {
+      const bool counts = each.method == method && each.elimination == Elimination::points;
+      if (counts && (found == nullptr || each.bytes < found->bytes)) found = &each;
+    }
+    return *found;
+  };
+  const MemoryEstimate direct = best(Method::lm_cholesky);
+  const MemoryEstimate iterative = best(Method::tnm);
+  const std::string machine = bytes_text(available) + " that are available";
+  if (fits(direct)) {
+    const std::string order = std::to_string(memory.reduced.order);
+    constexpr std::int64_t large = 20'000;
+    if (memory.reduced.order <= large) {
+      return "--method lm-cholesky (the default, eliminating points) fits: its linear system has "
+             "order " +
+             order + " and it takes about " + bytes_text(direct.bytes) + ".";
+    }
+    return "--method lm-cholesky fits into memory (about " + bytes_text(direct.bytes) +
+           "), but a linear system of order " + order +
+           " takes long to factor: try --method tnm too, which takes about " +
+           bytes_text(iterative.bytes) + ".";
+  }
+  if (fits(iterative)) {
+    return "--method lm-cholesky would take " + bytes_text(direct.bytes) + ", too much for the " +
+           machine + ": use --method tnm, about " + bytes_text(iterative.bytes) + ".";
+  }
+  return "No method fits into the " + machine + "; the least is " + bytes_text(iterative.bytes) +
+         " with --method tnm.";
+}
+
+std::vector<std::string> advice(const Info& info) {
+  const StructureStatistics& s = info.structure;
+  std::vector<std::string> result = {method_advice(info.memory)};
+  constexpr double notable = 0.05;
+  if (static_cast<double>(s.low_parallax_points) > notable * static_cast<double>(s.points)) {
+    result.push_back(percent_text(s.low_parallax_points, s.points) +
+                     " of the points have less than 1 degree of parallax: their depth is hardly "
+                     "determined, and convergence may be slow.");
+  }
+  constexpr std::int64_t determined = 5;  // of two numbers each, for nine parameters
+  if (s.fewest_observations < determined && s.cameras > s.unobserved_cameras) {
+    result.push_back("A camera has only " + std::to_string(s.fewest_observations) +
+                     " observations, too few for its nine parameters; --lens fixed needs less.");
+  }
+  if (info.reprojection.behind_camera > 0) {
+    result.push_back(std::to_string(info.reprojection.behind_camera) +
+                     " observations are of points behind their camera: the start is poor there, "
+                     "and a solve may leave such points on the wrong side.");
+  }
+  return result;
+}
+
+Info inspect(const std::string& input) {
+  const Problem problem = read_input(input);
+  Info info;
+  info.source = input;
+  info.structure = structure_statistics(problem);
+  info.reprojection = reprojection_statistics(problem);
+  info.memory = estimate_memory(problem);
+  info.warnings = warnings(info.structure);
+  info.advice = advice(info);
+  return info;
+}
+
+std::string count(std::int64_t value) { return std::to_string(value); }
+
+std::string info_text(const Info& info) {
+  const StructureStatistics& s = info.structure;
+  const double observed = static_cast<double>(s.cameras - s.unobserved_cameras);
+  const double mean = observed > 0 ? static_cast<double>(s.observations) / observed : 0;
+  const std::int64_t all_pairs = s.cameras * (s.cameras - 1) / 2;
+
+  Table table;
+  table.add("cameras", count(s.cameras));
+  table.add("points", count(s.points));
+  table.add("observations", count(s.observations));
+  table.add("unknowns", count(9 * s.cameras + 3 * s.points));
+  table.add("track length", format("mean %.2f, longest %s observations of a point",
+                                   s.mean_track_length, count(s.longest_track).c_str()));
+  table.add("per camera",
+            format("fewest %s, mean %.1f, most %s observations",
+                   count(s.fewest_observations).c_str(), mean, count(s.most_observations).c_str()));
+  table.add("connectivity",
+            format("%s connected %s, the largest of %s cameras", count(s.components).c_str(),
+                   s.components == 1 ? "set" : "sets", count(s.largest_component).c_str()));
+  table.add("camera pairs", count(s.camera_pairs) + " share points (" +
+                                percent_text(s.camera_pairs, all_pairs) + ")");
+  table.add("low parallax", count(s.low_parallax_points) + " points below 1 degree (" +
+                                percent_text(s.low_parallax_points, s.points) + ")");
+  table.add("cost", format("%.6e", info.reprojection.cost));
+  table.add("RMSE", format("%.6g px", info.reprojection.rmse));
+  table.add("behind cameras", count(info.reprojection.behind_camera) + " observations");
+  std::string text = info.source + "\n" + table.text();
+
+  text += "\nmemory estimates (available: " + bytes_text(linalg::available_memory()) + ")\n";
+  for (const MemoryEstimate& each : info.memory.methods) {
+    text += format("  %-12s eliminating %-8s %-16s %s%s\n", name(each.method),
+                   name(each.elimination), name(each.linear), each.upper_bound ? "at most " : "",
+                   bytes_text(each.bytes).c_str());
+  }
+  if (!info.warnings.empty()) text += "\nwarnings\n";
+  for (const std::string& each : info.warnings) text += "  " + each + "\n";
+  text += "\nadvice\n";
+  for (const std::string& each : info.advice) text += "  " + each + "\n";
+  return text;
+}
+
+std::string info_json(const Info& info) {
+  using Json = nlohmann::ordered_json;
+  const StructureStatistics& s = info.structure;
+  Json memory = Json::array();
+  for (const MemoryEstimate& each : info.memory.methods) {
+    memory.push_back({{"method", name(each.method)},
+                      {"elimination", name(each.elimination)},
+                      {"linear", name(each.linear)},
+                      {"bytes", each.bytes},
+                      {"upper_bound", each.upper_bound}});
+  }
+  const Json json = {{"source", info.source},
+                     {"cameras", s.cameras},
+                     {"points", s.points},
+                     {"observations", s.observations},
+                     {"unobserved_cameras", s.unobserved_cameras},
+                     {"unobserved_points", s.unobserved_points},
+                     {"points_seen_once", s.points_seen_once},
+                     {"duplicate_observations", s.duplicate_observations},
+                     {"mean_track_length", s.mean_track_length},
+                     {"longest_track", s.longest_track},
+                     {"fewest_observations", s.fewest_observations},
+                     {"most_observations", s.most_observations},
+                     {"components", s.components},
+                     {"largest_component", s.largest_component},
+                     {"camera_pairs", s.camera_pairs},
+                     {"low_parallax_points", s.low_parallax_points},
+                     {"cost", info.reprojection.cost},
+                     {"rmse", info.reprojection.rmse},
+                     {"behind_cameras", info.reprojection.behind_camera},
+                     {"memory", std::move(memory)},
+                     {"warnings", info.warnings},
+                     {"advice", info.advice}};
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+struct Arguments {
+  std::string input;
+  bool json = false;
+};
+
+ExitCode run(const Arguments& arguments) {
+  const Info info = inspect(arguments.input);
+  print(arguments.json ? info_json(info) : info_text(info));
+  return ExitCode::usable;
+}
+
+}  // namespace
+
+Command add_info(CLI::App& program) {
+  CLI::App* parser =
+      program.add_subcommand("info", "Sizes, structure, memory estimates and advice");
+  auto arguments = std::make_shared<Arguments>();
+  parser->add_option("INPUT", arguments->input, input_help)->type_name("")->required();
+  parser->add_flag("--json", arguments->json, "Print JSON [off]");
+  return {parser, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace raybundle::tools

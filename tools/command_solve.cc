@@ -1,0 +1,240 @@
+// raybundle solve: reads or makes a problem, solves it, writes solution, log and report.
+
+#include <charconv>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
+#include <raybundle/models/io/atomic_file.h>
+#include <raybundle/models/io/bal.h>
+#include <raybundle/models/scenes/street.h>
+#include <raybundle/models/statistics.h>
+#include <raybundle/solver/solve.h>
+#include <raybundle/tools/commands.h>
+#include <raybundle/tools/input.h>
+#include <raybundle/tools/interrupt.h>
+#include <raybundle/tools/options_cli.h>
+#include <raybundle/tools/output.h>
+#include <raybundle/tools/progress.h>
+#include <raybundle/tools/record.h>
+#include <raybundle/tools/report.h>
+
+namespace raybundle::tools {
+namespace {
+
+struct Arguments {
+  std::string input;  // empty: the street scene
+  std::string output;
+  std::string log;
+  std::optional<std::uint64_t> seed;
+  bool quiet = false;
+  Options options;
+};
+
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point start_ = Clock::now();
+};
+
+void say(const std::string& line) { std::fputs((line + "\n").c_str(), stderr); }
+
+std::uint64_t parse_seed(const std::string& text) {
+  std::uint64_t seed = 0;
+  const char* end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, seed);
+  if (error == std::errc() && last == end) return seed;
+  throw OptionError("--seed: '" + text + "' is not a whole number from 0 to " +
+                    std::to_string(std::numeric_limits<std::uint64_t>::max()));
+}
+
+/// An empty name, from an unset variable perhaps, must not pass for none.
+std::string has_name(const std::string& name) { return name.empty() ? "the name is empty" : ""; }
+
+bool same_file(const std::string& a, const std::string& b) {
+  if (a == "-" || b == "-") return a == b;
+  const auto place = [](const std::string& path) {
+    std::error_code ignored;
+    const auto whole = std::filesystem::absolute(path, ignored).lexically_normal();
+    const auto linked = std::filesystem::weakly_canonical(whole, ignored);
+    return linked.empty() ? whole : linked;
+  };
+  return place(a) == place(b);
+}
+
+/// Whatever can be refused before the first long stage.
+void check(const Arguments& arguments) {
+  if (!arguments.input.empty() && arguments.seed) {
+    throw OptionError("--seed has no effect: the problem comes from " + arguments.input);
+  }
+  const bool both = !arguments.output.empty() && !arguments.log.empty();
+  if (both && same_file(arguments.output, arguments.log)) {
+    throw OptionError("--output and --log are the same: " + arguments.log);
+  }
+  static_cast<void>(resolve(arguments.options));
+  if (!arguments.output.empty()) check_output(arguments.output);
+  if (!arguments.log.empty()) check_output(arguments.log);
+}
+
+Problem obtain(const Arguments& arguments, SolveRecord& record) {
+  const Stopwatch watch;
+  Problem problem;
+  if (arguments.input.empty()) {
+    record.source = "street";
+    record.seed = arguments.seed.value_or(scenes::StreetOptions{}.seed);
+    if (!arguments.quiet) say("generating a street, seed " + std::to_string(*record.seed));
+    problem = scenes::street({.seed = *record.seed});
+  } else {
+    record.source = arguments.input;
+    if (!arguments.quiet) {
+      say("reading " + (arguments.input == "-" ? "standard input" : arguments.input));
+    }
+    problem = read_input(arguments.input);
+  }
+  record.read_seconds = watch.seconds();
+  record.cameras = problem.camera_count();
+  record.points = problem.point_count();
+  record.observations = problem.observation_count();
+  if (!arguments.quiet) {
+    say(std::to_string(record.cameras) + " cameras, " + std::to_string(record.points) +
+        " points, " + std::to_string(record.observations) + " observations");
+  }
+  for (const std::string& warning : warnings(structure_statistics(problem))) {
+    say("warning: " + warning);
+  }
+  return problem;
+}
+
+Summary solve_shown(const Arguments& arguments, const InterruptGuard& interrupt, Problem& problem) {
+  ProgressTable table;
+  const auto observer = [&](const IterationRecord& record) {
+    if (!arguments.quiet) table.show(record);
+    return interrupt.signal() == nullptr ? Control::proceed : Control::stop;
+  };
+  Summary summary = solve(problem, arguments.options, observer);
+  if (summary.termination == Termination::stopped) {
+    summary.message = std::string("interrupted by ") + interrupt.signal();
+  }
+  return summary;
+}
+
+void write_solution(const std::string& output, const Problem& problem, SolveRecord& record) {
+  const Stopwatch watch;
+  io::write_bal(problem, std::filesystem::path(output_path(output)));
+  record.write_seconds = watch.seconds();
+  record.output = output == "-" ? "standard output" : output;
+}
+
+void write_log(const std::string& log, SolveRecord& record) {
+  io::write_file_atomically(output_path(log), log_json(record));
+  record.log = log == "-" ? "standard output" : log;
+}
+
+void write_report(const Arguments& arguments, const SolveRecord& record) {
+  const std::string report = solve_report(record);
+  const bool taken = arguments.output == "-" || arguments.log == "-";
+  if (taken) {
+    std::fputs(report.c_str(), stderr);
+  } else {
+    print(report);
+  }
+}
+
+/// Solution, log and report, each tried whatever became of the others. False when one failed.
+bool write_all(const Arguments& arguments, const Problem& problem, SolveRecord& record) {
+  bool good = true;
+  const auto attempt = [&good](const auto& write) {
+    try {
+      write();
+    } catch (const std::system_error& error) {
+      say(std::string("raybundle: ") + error.what());
+      good = false;
+    }
+  };
+  attempt([&] {
+    if (!arguments.output.empty()) write_solution(arguments.output, problem, record);
+  });
+  attempt([&] {
+    if (!arguments.log.empty()) write_log(arguments.log, record);
+  });
+  attempt([&] { write_report(arguments, record); });
+  return good;
+}
+
+ExitCode exit_code(const Summary& summary) {
+  switch (outcome(summary.termination)) {
+    case Outcome::converged:
+      return ExitCode::usable;
+    case Outcome::limit_reached: {
+      const bool nothing_asked =
+          summary.options.max_iterations == 0 || summary.options.time_limit == 0;
+      const bool lower = summary.final_cost < summary.initial_cost;
+      return nothing_asked || lower ? ExitCode::usable : ExitCode::numerical_failure;
+    }
+    case Outcome::interrupted:
+      return ExitCode::interrupted;
+    case Outcome::failed:
+      break;
+  }
+  return ExitCode::numerical_failure;
+}
+
+ExitCode run(const Arguments& arguments) {
+  check(arguments);
+  SolveRecord record;
+  Problem problem = obtain(arguments, record);
+  record.before = reprojection_statistics(problem);
+
+  // Lives until all is written: by then an interrupt would only lose what has been computed.
+  const InterruptGuard interrupt(!arguments.quiet);
+  record.summary = solve_shown(arguments, interrupt, problem);
+  record.after = reprojection_statistics(problem);
+
+  if (!write_all(arguments, problem, record)) return ExitCode::failure;
+  return exit_code(record.summary);
+}
+
+}  // namespace
+
+Command add_solve(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("solve", "Solve a bundle adjustment problem");
+  auto arguments = std::make_shared<Arguments>();
+  parser
+      ->add_option("INPUT", arguments->input,
+                   std::string(input_help) + ".\nWithout it a street scene is made and solved")
+      ->type_name("")
+      ->check(has_name, "");
+  parser
+      ->add_option("-o,--output", arguments->output,
+                   "Write the solution here, as BAL; - is standard output [none]")
+      ->type_name("OUT")
+      ->check(has_name, "");
+  parser
+      ->add_option("--log", arguments->log,
+                   "Write a log here, in JSON; - is standard output [none]")
+      ->type_name("LOG.json")
+      ->check(has_name, "");
+  parser
+      ->add_option_function<std::string>(
+          "--seed", [arguments](const std::string& text) { arguments->seed = parse_seed(text); },
+          "Seed of the generated scene [" + std::to_string(scenes::StreetOptions{}.seed) + "]")
+      ->type_name("N");
+  parser->add_flag("-q,--quiet", arguments->quiet, "No progress on standard error [off]");
+  add_solver_options(*parser, arguments->options);
+  return {parser, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace raybundle::tools

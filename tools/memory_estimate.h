@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <raybundle/models/problem.h>
+#include <raybundle/solver/options.h>
+
+namespace raybundle::tools {
+
+/// What one way to solve a problem is expected to take at most at a time, the problem included.
+struct MemoryEstimate {
+  Method method;
+  Elimination elimination;
+  Linear linear;
+  double bytes;
+  bool upper_bound;  ///< the sparsity was not worked out; taken as full
+};
+
+/// The system of the cameras that is left when the points are eliminated.
+struct ReducedShape {
+  std::int64_t order = 0;
+  double fill = 0;  ///< share of its camera pairs whose block is not zero
+};
+
+struct MemoryEstimates {
+  ReducedShape reduced;
+  std::vector<MemoryEstimate> methods;
+};
+
+/// For all nine parameters of each camera. Works out the sparsity of the reduced system and its
+/// factor, hence takes memory itself, but less than a solve.
+MemoryEstimates estimate_memory(const Problem& problem);
+
+}  // namespace raybundle::tools

@@ -1,0 +1,115 @@
+#include <raybundle/tools/record.h>
+
+#include <type_traits>
+
+#include <nlohmann/json.hpp>
+
+#include <raybundle/solver/option_table.h>
+#include <raybundle/tools/memory.h>
+#include <raybundle/version.h>
+
+namespace raybundle::tools {
+namespace {
+
+// Keys in the order they are written; numbers as the shortest text that reads back to the same
+// double; what is not finite as null.
+using Json = nlohmann::ordered_json;
+
+constexpr int schema = 1;
+
+template <class T>
+Json value_json(const T& value) {
+  if constexpr (std::is_enum_v<T>) {
+    return name(value);
+  } else {
+    return value;
+  }
+}
+template <class T>
+Json value_json(const std::optional<T>& value) {
+  return value ? value_json(*value) : Json();
+}
+
+Json options_json(const Options& options) {
+  Json json = Json::object();
+  visit_options(options, [&json](const auto& value, const OptionInfo& info) {
+    json[info.name] = value_json(value);
+  });
+  return json;
+}
+
+Json problem_json(const SolveRecord& record) {
+  Json json = {{"source", record.source},
+               {"cameras", record.cameras},
+               {"points", record.points},
+               {"observations", record.observations}};
+  if (record.seed) json["seed"] = *record.seed;
+  return json;
+}
+
+Json iteration_json(const IterationRecord& record) {
+  return {{"iteration", record.iteration},
+          {"accepted", record.accepted},
+          {"cost", record.cost},
+          {"candidate_cost", record.candidate_cost},
+          {"predicted_decrease", record.predicted_decrease},
+          {"gradient_norm", record.gradient_norm},
+          {"gradient_max", record.gradient_max},
+          {"step_norm", record.step_norm},
+          {"relative_step", record.relative_step},
+          {"rho", record.rho},
+          {"damping", record.damping},
+          {"radius", record.radius},
+          {"inner_iterations", record.inner_iterations},
+          {"eliminated", name(record.eliminated)},
+          {"seconds", record.seconds}};
+}
+
+Json seconds_json(const SolveRecord& record) {
+  const Timing& seconds = record.summary.seconds;
+  return {{"total", seconds.total},       {"setup", seconds.setup},
+          {"residual", seconds.residual}, {"jacobian", seconds.jacobian},
+          {"linear", seconds.linear},     {"io", record.read_seconds + record.write_seconds},
+          {"read", record.read_seconds},  {"write", record.write_seconds}};
+}
+
+Json summary_json(const SolveRecord& record) {
+  const Summary& summary = record.summary;
+  const int iterations = static_cast<int>(summary.iterations.size()) - 1;  // 0 is the start
+  return {{"initial_cost", summary.initial_cost},
+          {"final_cost", summary.final_cost},
+          {"initial_rmse", record.before.rmse},
+          {"final_rmse", record.after.rmse},
+          {"gradient_norm", summary.gradient_norm},
+          {"termination", name(summary.termination)},
+          {"message", summary.message},
+          {"iterations", iterations},
+          {"accepted", summary.accepted},
+          {"rejected", iterations - summary.accepted},
+          {"inner_iterations", summary.inner_iterations},
+          {"linear_solves", summary.linear_solves},
+          {"linear_solver", summary.linear_solver},
+          {"seconds", seconds_json(record)},
+          {"peak_rss_bytes", peak_memory()},
+          {"threads", summary.threads}};
+}
+
+}  // namespace
+
+std::string log_json(const SolveRecord& record) {
+  Json iterations = Json::array();
+  for (const IterationRecord& each : record.summary.iterations) {
+    iterations.push_back(iteration_json(each));
+  }
+  const Json json = {{"schema", schema},
+                     {"version", version},
+                     {"build", build_description},
+                     {"options", options_json(record.summary.options)},
+                     {"problem", problem_json(record)},
+                     {"iterations", std::move(iterations)},
+                     {"summary", summary_json(record)}};
+  // A file name need not be UTF-8; JSON must.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace raybundle::tools
