@@ -12,9 +12,9 @@ namespace raybundle::linalg {
 struct BlockJacobian {
   explicit BlockJacobian(const BlockLayout& block_layout);
 
-  const BlockLayout* layout;         ///< outlives this
-  std::vector<double> hub_blocks;    ///< rows x (row_size x hub_size), row-major
-  std::vector<double> leaf_blocks;   ///< rows x (row_size x leaf_size), row-major
+  const BlockLayout* layout;        ///< outlives this
+  std::vector<double> hub_blocks;   ///< rows x (row_size x hub_size), row-major
+  std::vector<double> leaf_blocks;  ///< rows x (row_size x leaf_size), row-major
 
   const double* blocks(Side side) const {
     return side == Side::hubs ? hub_blocks.data() : leaf_blocks.data();

@@ -41,9 +41,7 @@ struct BlockLayout {
   Incidence hub_side;
   Incidence leaf_side;
 
-  const Incidence& incidence(Side side) const {
-    return side == Side::hubs ? hub_side : leaf_side;
-  }
+  const Incidence& incidence(Side side) const { return side == Side::hubs ? hub_side : leaf_side; }
   int block_size(Side side) const { return side == Side::hubs ? hub_size : leaf_size; }
   std::int64_t block_count(Side side) const { return side == Side::hubs ? hubs : leaves; }
   std::int64_t size(Side side) const { return block_count(side) * block_size(side); }

@@ -30,9 +30,9 @@ class Pcg {
   double dot(const std::vector<double>& u, const std::vector<double>& v) const;
 
   ThreadPool& pool_;
-  std::vector<double> r_;   // residual A x - b
-  std::vector<double> q_;   // preconditioned residual
-  std::vector<double> a_;   // direction
+  std::vector<double> r_;  // residual A x - b
+  std::vector<double> q_;  // preconditioned residual
+  std::vector<double> a_;  // direction
   std::vector<double> Aa_;
 };
 

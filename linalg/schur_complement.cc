@@ -41,19 +41,18 @@ void SchurComplement::factor() {
   std::mutex mutex;
   std::vector<std::int64_t> deficient;
   const double* H = at_.normal->blocks(eliminated_);
-  parallel_for(pool_, layout_.block_count(eliminated_), grain,
-               [&](std::int64_t first, std::int64_t last) {
-                 std::array<std::int64_t, grain> failed;
-                 for (; first < last; first += grain) {
-                   const std::int64_t end = std::min(last, first + grain);
-                   const std::int64_t count =
-                       kernels_.factor(H, damping(eliminated_), pivot_tolerance, first, end,
-                                       M_.data(), failed.data());
-                   if (count == 0) continue;
-                   const std::lock_guard lock(mutex);
-                   deficient.insert(deficient.end(), failed.begin(), failed.begin() + count);
-                 }
-               });
+  parallel_for(
+      pool_, layout_.block_count(eliminated_), grain, [&](std::int64_t first, std::int64_t last) {
+        std::array<std::int64_t, grain> failed;
+        for (; first < last; first += grain) {
+          const std::int64_t end = std::min(last, first + grain);
+          const std::int64_t count = kernels_.factor(H, damping(eliminated_), pivot_tolerance,
+                                                     first, end, M_.data(), failed.data());
+          if (count == 0) continue;
+          const std::lock_guard lock(mutex);
+          deficient.insert(deficient.end(), failed.begin(), failed.begin() + count);
+        }
+      });
   factor_deficient(deficient);
 }
 

@@ -52,9 +52,8 @@ std::int64_t SymmetricBlocks::stride(std::int64_t a) const {
 
 void SymmetricBlocks::set_zero(std::int64_t a) {
   // In dense storage the whole row right of the diagonal: factorising fills what was zero.
-  const std::int64_t length = storage_ == Storage::dense
-                                  ? pattern_.order() - pattern_.offset[index(a)]
-                                  : stride(a);
+  const std::int64_t length =
+      storage_ == Storage::dense ? pattern_.order() - pattern_.offset[index(a)] : stride(a);
   for (std::int64_t i = 0; i < pattern_.block_size(a); ++i) {
     std::fill_n(row(a) + i * stride(a), length, 0.0);
   }

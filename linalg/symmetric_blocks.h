@@ -9,7 +9,7 @@ namespace raybundle::linalg {
 /// Sparsity of a symmetric block matrix: for each block row a its blocks b >= a, ascending, the
 /// diagonal block first.
 struct SymmetricPattern {
-  std::vector<std::int64_t> offset;    ///< scalar offset of each block, and the order at the end
+  std::vector<std::int64_t> offset;  ///< scalar offset of each block, and the order at the end
   std::vector<std::int64_t> row_begin;
   std::vector<std::int32_t> column;
 

@@ -32,8 +32,7 @@ double relative(const double* from, const double* to, int size, double tolerance
 
 }  // namespace
 
-Objective::Objective(const Problem& problem, PoseUpdate update, Lens lens,
-                     linalg::ThreadPool& pool)
+Objective::Objective(const Problem& problem, PoseUpdate update, Lens lens, linalg::ThreadPool& pool)
     : update_(update),
       lens_(lens),
       pool_(pool),
@@ -141,8 +140,7 @@ double Objective::linearize(const State& state, double* residual, linalg::BlockJ
 }
 
 // Unknowns that stay as they are have no derivative, hence no gradient and no step.
-void Objective::clear_fixed(std::int64_t first, std::int64_t last,
-                            linalg::BlockJacobian& J) const {
+void Objective::clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const {
   if (!fixed_points_.empty()) {
     for (std::int64_t row = first; row < last; ++row) {
       if (fixed_points_[index(row_point_[index(row)])] == 0) continue;
@@ -197,8 +195,8 @@ double Objective::relative_change(const State& from, const State& to, double tol
     for (std::int64_t b = pieces.begin(piece); b < pieces.end(piece); ++b) {
       if (b >= layout_.hubs) {
         const std::size_t at = index((b - layout_.hubs) * Problem::point_size);
-        most = std::max(most, relative(&from.points[at], &to.points[at], Problem::point_size,
-                                       tolerance));
+        most = std::max(most,
+                        relative(&from.points[at], &to.points[at], Problem::point_size, tolerance));
         continue;
       }
       std::size_t at = index(b * Problem::camera_size);

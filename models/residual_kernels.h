@@ -13,8 +13,8 @@ namespace raybundle {
 struct CameraFrame {
   double R_cw[9];  ///< row-major
   double t_cw[3];
-  double lens[3];   ///< f, k1, k2
-  double J_r[9];    ///< right Jacobian of the rotation vector; used by PoseUpdate::global
+  double lens[3];  ///< f, k1, k2
+  double J_r[9];   ///< right Jacobian of the rotation vector; used by PoseUpdate::global
 };
 
 /// What one row range reads. Row r is the observation of point row_point[r] by camera

@@ -42,8 +42,8 @@ double cost(const ResidualInput& in, Index first, Index last) {
 
 // The derivative of one residual by the pose, with a = its gradient by X_c and b = by the point.
 template <PoseUpdate Update>
-inline void pose_row(const CameraFrame& camera, const double* X, const double* X_c,
-                     const double* a, const double* b, double* J) {
+inline void pose_row(const CameraFrame& camera, const double* X, const double* X_c, const double* a,
+                     const double* b, double* J) {
   if constexpr (Update == PoseUpdate::local) {
     // -R hat(X) and R  [Qu18, Eq. 4.19, 4.16]
     cross(X, b, J);

@@ -39,8 +39,9 @@ void visit_options(AnyOptions& o, Visit&& visit) {
   visit(o.time_limit, OptionInfo{"time-limit", "stop after this many seconds", 0, inf});
   visit(o.function_tolerance,
         OptionInfo{"function-tolerance", "stop when |cost change| <= this * cost", 0, 1});
-  visit(o.gradient_tolerance,
-        OptionInfo{"gradient-tolerance", "stop when the largest gradient entry is <= this", 0, inf});
+  visit(
+      o.gradient_tolerance,
+      OptionInfo{"gradient-tolerance", "stop when the largest gradient entry is <= this", 0, inf});
   visit(o.parameter_tolerance,
         OptionInfo{"parameter-tolerance",
                    "stop when each block's step is <= this * (its norm + this)", 0, 1});
@@ -52,8 +53,7 @@ void visit_options(AnyOptions& o, Visit&& visit) {
   visit(o.max_damping, OptionInfo{"max-damping", "stop when mu would rise above this", 0, inf});
   visit(o.max_inner_iterations,
         OptionInfo{"max-inner-iterations", "most PCG iterations per linear solve", 1, 1e9});
-  visit(o.forcing,
-        OptionInfo{"forcing", "t in the PCG stop |r| <= min(t, |b|) |b|", 0, 1});
+  visit(o.forcing, OptionInfo{"forcing", "t in the PCG stop |r| <= min(t, |b|) |b|", 0, 1});
   visit(o.threads, OptionInfo{"threads", "worker threads; 0 means all cores", 0, 1024});
 }
 

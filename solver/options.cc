@@ -61,9 +61,7 @@ void refuse_ineffective(const Options& options, InnerSolve inner) {
 }  // namespace
 
 const char* name(Method value) { return traits(value).name; }
-const char* name(Elimination value) {
-  return pick(std::array{"none", "points", "cameras"}, value);
-}
+const char* name(Elimination value) { return pick(std::array{"none", "points", "cameras"}, value); }
 const char* name(Linear value) {
   return pick(std::array{"dense-cholesky", "sparse-cholesky", "implicit-pcg"}, value);
 }

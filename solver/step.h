@@ -35,8 +35,7 @@ std::unique_ptr<StepSolver> make_step_solver(const Options& options,
 std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
                                                const linalg::BlockLayout& layout,
                                                linalg::ThreadPool& pool);
-std::unique_ptr<StepSolver> make_pcg_step(const Options& options,
-                                          const linalg::BlockLayout& layout,
+std::unique_ptr<StepSolver> make_pcg_step(const Options& options, const linalg::BlockLayout& layout,
                                           linalg::ThreadPool& pool);
 
 /// The side whose blocks an elimination removes.

@@ -33,10 +33,9 @@ class PcgStep final : public StepSolver {
     // Stop at |r| <= min(t, |b|) |b|  [Qu18, Alg. 1, line 2].
     const double norm = std::sqrt(linalg::dot(b_.data(), b_.data(), system_->size(), pool_));
     const double tolerance = std::min(*options_.forcing, norm) * norm;
-    const auto result = pcg_.solve(
-        [this](const double* x, double* y) { apply(x, y); },
-        [this](const double* r, double* z) { precondition(r, z); }, b_.data(), tolerance,
-        *options_.max_inner_iterations, x_.data());
+    const auto result = pcg_.solve([this](const double* x, double* y) { apply(x, y); },
+                                   [this](const double* r, double* z) { precondition(r, z); },
+                                   b_.data(), tolerance, *options_.max_inner_iterations, x_.data());
     scale(x_.data());
     system_->expand(x_.data(), step);
     return {.solved = true, .inner_iterations = result.iterations};
@@ -106,8 +105,7 @@ class PcgStep final : public StepSolver {
 
 }  // namespace
 
-std::unique_ptr<StepSolver> make_pcg_step(const Options& options,
-                                          const linalg::BlockLayout& layout,
+std::unique_ptr<StepSolver> make_pcg_step(const Options& options, const linalg::BlockLayout& layout,
                                           linalg::ThreadPool& pool) {
   return std::make_unique<PcgStep>(options, layout, pool);
 }

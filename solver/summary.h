@@ -32,18 +32,18 @@ struct IterationRecord {
   int iteration = 0;
   bool accepted = false;
   double cost = 0;
-  double candidate_cost = 0;       ///< of the trial; NaN when it could not be evaluated
-  double predicted_decrease = 0;   ///< of the quadratic model [Qu18, Eq. 3.102]
-  double gradient_norm = 0;        ///< Euclidean
-  double gradient_max = 0;         ///< largest absolute entry
-  double step_norm = 0;            ///< Euclidean
-  double relative_step = 0;        ///< largest, over blocks, of |step| / (|block| + tolerance)
-  double rho = 0;                  ///< actual over predicted decrease [Qu18, Eq. 3.104]
-  double damping = 0;              ///< mu of this trial
-  double radius = 0;               ///< of the trust region; 0 where the method has none
+  double candidate_cost = 0;      ///< of the trial; NaN when it could not be evaluated
+  double predicted_decrease = 0;  ///< of the quadratic model [Qu18, Eq. 3.102]
+  double gradient_norm = 0;       ///< Euclidean
+  double gradient_max = 0;        ///< largest absolute entry
+  double step_norm = 0;           ///< Euclidean
+  double relative_step = 0;       ///< largest, over blocks, of |step| / (|block| + tolerance)
+  double rho = 0;                 ///< actual over predicted decrease [Qu18, Eq. 3.104]
+  double damping = 0;             ///< mu of this trial
+  double radius = 0;              ///< of the trust region; 0 where the method has none
   int inner_iterations = 0;
   Elimination eliminated = Elimination::none;
-  double seconds = 0;              ///< since the start of the solve
+  double seconds = 0;  ///< since the start of the solve
 };
 
 /// Seconds by phase.

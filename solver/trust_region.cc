@@ -52,8 +52,7 @@ double largest_magnitude(const std::vector<double>& x) {
 }  // namespace
 
 TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::ThreadPool& pool,
-                         const Options& options, const Observer& observer,
-                         Clock::time_point start)
+                         const Options& options, const Observer& observer, Clock::time_point start)
     : objective_(objective),
       steps_(steps),
       pool_(pool),
@@ -91,8 +90,12 @@ Summary TrustRegion::run(State& state) {
 }
 
 void TrustRegion::start() {
+  summary_.seconds.setup = seconds();
+  {
+    const PhaseTimer timer(summary_.seconds.residual);
+    cost_ = objective_.cost(state_);
+  }
   linearize();
-  summary_.seconds.setup = std::max(0.0, seconds() - summary_.seconds.jacobian);
   summary_.initial_cost = cost_;
   record_.accepted = true;
   if (!std::isfinite(cost_) || !std::isfinite(record_.gradient_norm)) {
@@ -144,8 +147,8 @@ void TrustRegion::predict_decrease() {
   const auto unknowns = static_cast<std::int64_t>(step_.size());
   linalg::multiply(J_, step_.data(), J_step_.data(), pool_);
   const double slope = linalg::dot(normal_.gradient.data(), step_.data(), unknowns, pool_);
-  const double curvature = linalg::dot(J_step_.data(), J_step_.data(),
-                                       static_cast<std::int64_t>(J_step_.size()), pool_);
+  const double curvature =
+      linalg::dot(J_step_.data(), J_step_.data(), static_cast<std::int64_t>(J_step_.size()), pool_);
   const double damped = linalg::parallel_sum(
       pool_, unknowns, vector_grain, [&](std::int64_t first, std::int64_t last) {
         double sum = 0;
@@ -162,8 +165,8 @@ void TrustRegion::evaluate_candidate() {
   const PhaseTimer timer(summary_.seconds.residual);
   objective_.retract(state_, step_.data(), candidate_);
   record_.candidate_cost = objective_.cost(candidate_);
-  record_.relative_step = objective_.relative_change(state_, candidate_,
-                                                     summary_.options.parameter_tolerance);
+  record_.relative_step =
+      objective_.relative_change(state_, candidate_, summary_.options.parameter_tolerance);
 }
 
 // A step is accepted when it lowers the cost. A NaN anywhere, or a model that promises nothing,
@@ -174,12 +177,15 @@ void TrustRegion::judge() {
   }
   record_.accepted = record_.rho > 0;
   damping_.update(record_.rho);
-  if (record_.accepted) std::swap(state_, candidate_);
+  if (!record_.accepted) return;
+  std::swap(state_, candidate_);
+  cost_ = record_.candidate_cost;
 }
 
 void TrustRegion::linearize() {
   const PhaseTimer timer(summary_.seconds.jacobian);
-  cost_ = objective_.linearize(state_, residual_.data(), J_);
+  // The sum it returns is rounded differently; costs that are compared come from one function.
+  static_cast<void>(objective_.linearize(state_, residual_.data(), J_));
   normal_.form(J_, residual_.data(), pool_);
   if (summary_.options.damping_matrix == DiagonalMatrix::diag_h) {
     normal_.diagonal(min_diagonal, max_diagonal, damping_matrix_.data());
@@ -193,8 +199,7 @@ void TrustRegion::linearize() {
 
 void TrustRegion::end_iteration() {
   record_.seconds = seconds();
-  const double previous =
-      summary_.iterations.empty() ? cost_ : summary_.iterations.back().cost;
+  const double previous = summary_.iterations.empty() ? cost_ : summary_.iterations.back().cost;
   summary_.iterations.push_back(record_);
   if (record_.accepted && record_.iteration > 0) ++summary_.accepted;
   const auto verdict = convergence_.test(record_, previous, damping_.mu());

@@ -2,7 +2,7 @@
 
 #include <raybundle/solver/options.h>
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): theirs
 class App;
 }
 

@@ -14,7 +14,9 @@ namespace {
 using Index = std::int64_t;
 
 inline Index coupling(const SideView& side, Index p) { return side.list ? side.list[p] : p; }
-inline Index position(const SideView& side, Index c) { return side.position ? side.position[c] : c; }
+inline Index position(const SideView& side, Index c) {
+  return side.position ? side.position[c] : c;
+}
 inline Index row_begin(const SideView& side, Index c) { return side.rows ? side.rows[c] : c; }
 inline Index row_end(const SideView& side, Index c) { return side.rows ? side.rows[c + 1] : c + 1; }
 
@@ -108,8 +110,8 @@ template <int R, int K, int E>
 struct RowKernels {
   // K unknowns per hub, E per leaf.
   static void multiply(const SideView& leaves, const SideView& hubs, const double* J_hub,
-                       const double* J_leaf, const double* x_hub, const double* x_leaf,
-                       Index first, Index last, double* u) {
+                       const double* J_leaf, const double* x_hub, const double* x_leaf, Index first,
+                       Index last, double* u) {
     for (Index b = first; b < last; ++b) {
       for_rows(leaves, b, [&](Index, Index c, Index row) {
         double sum[R] = {};
@@ -314,10 +316,8 @@ struct Eliminate {
 
 template <int R, int HubSize, int LeafSize>
 constexpr BlockKernels make_block_kernels() {
-  return {&RowKernels<R, HubSize, LeafSize>::multiply,
-          &SideKernels<R, HubSize>::transpose_multiply,
-          &SideKernels<R, LeafSize>::transpose_multiply,
-          &SideKernels<R, HubSize>::normal_blocks,
+  return {&RowKernels<R, HubSize, LeafSize>::multiply, &SideKernels<R, HubSize>::transpose_multiply,
+          &SideKernels<R, LeafSize>::transpose_multiply, &SideKernels<R, HubSize>::normal_blocks,
           &SideKernels<R, LeafSize>::normal_blocks};
 }
 

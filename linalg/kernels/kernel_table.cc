@@ -7,10 +7,10 @@
 
 namespace raybundle::linalg {
 
-#define RAYBUNDLE_DECLARE_KERNELS(isa)            \
-  namespace isa {                                 \
-  extern const BlockKernels blocks_2_9_3;         \
-  extern const BlockKernels blocks_2_6_3;         \
+#define RAYBUNDLE_DECLARE_KERNELS(isa)             \
+  namespace isa {                                  \
+  extern const BlockKernels blocks_2_9_3;          \
+  extern const BlockKernels blocks_2_6_3;          \
   extern const EliminationKernels eliminate_2_9_3; \
   extern const EliminationKernels eliminate_2_3_9; \
   extern const EliminationKernels eliminate_2_6_3; \

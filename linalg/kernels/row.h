@@ -19,9 +19,7 @@ inline Vector load_vector(const double* x) {
 }
 
 inline double sum(Vector2 v) { return v[0] + v[1]; }
-inline double sum(Vector4 v) {
-  return sum(Vector2{v[0], v[1]} + Vector2{v[2], v[3]});
-}
+inline double sum(Vector4 v) { return sum(Vector2{v[0], v[1]} + Vector2{v[2], v[3]}); }
 inline double sum(Vector8 v) {
   return sum(Vector4{v[0], v[1], v[2], v[3]} + Vector4{v[4], v[5], v[6], v[7]});
 }

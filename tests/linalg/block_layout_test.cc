@@ -18,9 +18,7 @@ using Indices = std::vector<std::int64_t>;
 using test::BlockSystem;
 
 // Leaf 0: hubs 1, 1, 2; leaf 1: nobody; leaf 2: hubs 0, 2. Hub 3: nobody.
-BlockLayout example() {
-  return make_layout({2, 9, 3}, 4, 3, {0, 0, 0, 2, 2}, {1, 1, 2, 0, 2});
-}
+BlockLayout example() { return make_layout({2, 9, 3}, 4, 3, {0, 0, 0, 2, 2}, {1, 1, 2, 0, 2}); }
 
 TEST(BlockLayout, CountsWhatItIsGiven) {
   const BlockLayout layout = example();

@@ -129,8 +129,7 @@ class CholeskyOf : public ::testing::TestWithParam<std::tuple<Case, Storage>> {
  protected:
   const SymmetricPattern& pattern() const { return std::get<0>(GetParam()).pattern; }
   ThreadPool pool_{2};
-  std::unique_ptr<Cholesky> cholesky_ =
-      Cholesky::make(pattern(), std::get<1>(GetParam()), pool_);
+  std::unique_ptr<Cholesky> cholesky_ = Cholesky::make(pattern(), std::get<1>(GetParam()), pool_);
 };
 
 TEST_P(CholeskyOf, SolvesAgainAndAgain) {

@@ -55,8 +55,8 @@ TEST(BlockFactor, UnitsDoNotMatter) {
   s << 1e-9, 1, 1e9, 1e-3, 1e3, 1, 1e6, 1e-6, 1e2;
   const RowMajor A = s.asDiagonal() * RowMajor(B.transpose() * B) * s.asDiagonal();
   const RowMajor M = factor_of(A);
-  const RowMajor identity = s.asDiagonal() * (M * M.transpose()).eval() * s.asDiagonal() *
-                            RowMajor(B.transpose() * B);
+  const RowMajor identity =
+      s.asDiagonal() * (M * M.transpose()).eval() * s.asDiagonal() * RowMajor(B.transpose() * B);
   EXPECT_LE((identity - RowMajor::Identity(9, 9)).norm(), 1e-9);
 }
 
@@ -152,16 +152,14 @@ TEST_P(DeficientLeaves, StepHasNoComponentAlongNullDirections) {
     // Orthogonal in the metric of the block's diagonal, which has no units.
     const VectorXd metric = C.diagonal();
     const double along = null.dot(metric.cwiseProduct(p));
-    const double lengths = std::sqrt(null.dot(metric.cwiseProduct(null))) *
-                           std::sqrt(p.dot(metric.cwiseProduct(p)));
+    const double lengths =
+        std::sqrt(null.dot(metric.cwiseProduct(null))) * std::sqrt(p.dot(metric.cwiseProduct(p)));
     EXPECT_LE(std::abs(along), 1e-9 * lengths);
     EXPECT_GT(p.norm(), 0.0) << "the rest of the leaf does move";
   }
 }
 
-TEST_P(DeficientLeaves, UnobservedLeavesStayExactly) {
-  EXPECT_TRUE(step_.tail(6).isZero(0));
-}
+TEST_P(DeficientLeaves, UnobservedLeavesStayExactly) { EXPECT_TRUE(step_.tail(6).isZero(0)); }
 
 TEST_P(DeficientLeaves, ImplicitAndExplicitAgree) {
   std::mt19937_64 random(4);

@@ -53,8 +53,8 @@ Solved solve(const MatrixXd& A, const VectorXd& b, double tolerance, int max_ite
       Eigen::Map<VectorXd>(y, n) = M * Eigen::Map<const VectorXd>(x, n);
     };
   };
-  solved.result =
-      pcg.solve(product(A), product(N_inverse), b.data(), tolerance, max_iterations, solved.x.data());
+  solved.result = pcg.solve(product(A), product(N_inverse), b.data(), tolerance, max_iterations,
+                            solved.x.data());
   return solved;
 }
 
@@ -241,9 +241,7 @@ TEST_P(Preconditioners, ApplyTheInverseAndPcgConvergesWithEach) {
       VectorXd x(v_.size());
       const auto result = pcg.solve(
           [&](const double* in, double* out) { reduced_->apply(in, out); },
-          [&](const double* in, double* out) {
-            preconditioner.apply(in, out, v_.size(), pool_);
-          },
+          [&](const double* in, double* out) { preconditioner.apply(in, out, v_.size(), pool_); },
           v_.data(), 1e-12 * v_.norm(), 20000, x.data());
       EXPECT_LE((A_ * x - v_).norm(), 1e-10 * v_.norm());
       if (form != Form::identity) {

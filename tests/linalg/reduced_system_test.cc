@@ -123,9 +123,9 @@ TEST_P(ReducedSystems, AssembleInBothStorages) {
   for (const Storage storage : {Storage::dense, Storage::sparse}) {
     SymmetricBlocks A(reduced_->pattern(), storage);
     // What a factorisation leaves behind must not shine through.
-    std::fill_n(A.values(), storage == Storage::dense
-                                ? A.pattern().order() * A.pattern().order()
-                                : A.pattern().scalar_nonzeros(),
+    std::fill_n(A.values(),
+                storage == Storage::dense ? A.pattern().order() * A.pattern().order()
+                                          : A.pattern().scalar_nonzeros(),
                 1e300);
     VectorXd v = VectorXd::Constant(reduced_->size(), 1e300);
     reduced_->assemble(A, v.data());
@@ -151,8 +151,10 @@ TEST_P(ReducedSystems, PatternHoldsEveryNonzeroAndIsSorted) {
     for (std::int64_t p = begin; p < end; ++p) {
       const std::int32_t b = pattern.column[index(p)];
       EXPECT_GT(b, p > begin ? pattern.column[index(p - 1)] : -1) << "columns ascend";
-      covered.block(pattern.offset[index(a)], pattern.offset[index(b)], pattern.block_size(a),
-                    pattern.block_size(b)).setOnes();
+      covered
+          .block(pattern.offset[index(a)], pattern.offset[index(b)], pattern.block_size(a),
+                 pattern.block_size(b))
+          .setOnes();
       numbers += pattern.block_size(a) * pattern.block_size(b);
     }
   }
@@ -235,19 +237,20 @@ TEST_P(ReducedSystems, SameBitsForAnyNumberOfThreads) {
   EXPECT_TRUE(results[0] == results[2]);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Systems, ReducedSystems,
-    ::testing::Combine(::testing::ValuesIn(systems()),
-                       ::testing::Values(std::optional<Side>(), std::optional<Side>(Side::leaves),
-                                         std::optional<Side>(Side::hubs))),
-    [](const auto& test) {
-      const BlockSystemOptions& options = std::get<0>(test.param);
-      const std::optional<Side> eliminated = std::get<1>(test.param);
-      const std::string side =
-          !eliminated ? "Full" : (*eliminated == Side::leaves ? "NoLeaves" : "NoHubs");
-      return side + "Hub" + std::to_string(options.hub_size) + "Seed" +
-             std::to_string(options.seed);
-    });
+INSTANTIATE_TEST_SUITE_P(Systems, ReducedSystems,
+                         ::testing::Combine(::testing::ValuesIn(systems()),
+                                            ::testing::Values(std::optional<Side>(),
+                                                              std::optional<Side>(Side::leaves),
+                                                              std::optional<Side>(Side::hubs))),
+                         [](const auto& test) {
+                           const BlockSystemOptions& options = std::get<0>(test.param);
+                           const std::optional<Side> eliminated = std::get<1>(test.param);
+                           const std::string side =
+                               !eliminated ? "Full"
+                                           : (*eliminated == Side::leaves ? "NoLeaves" : "NoHubs");
+                           return side + "Hub" + std::to_string(options.hub_size) + "Seed" +
+                                  std::to_string(options.seed);
+                         });
 
 // Unknowns of very different units, as f and k2 of a camera with f of 1e9: judged relative to the
 // entries' own scale, sqrt(H_ii H_jj).

@@ -150,7 +150,8 @@ TEST(FixedParameters, EveryPoseMaskIsHeldOrRefused) {
       // being held must not disturb the other.
       const VectorXd tiny = 1e-7 * step;
       const VectorXd linear = dense.residual() + dense.jacobian() * tiny;
-      EXPECT_LE((dense.residual_after(tiny) - linear).norm(), 1e-3 * (dense.jacobian() * tiny).norm())
+      EXPECT_LE((dense.residual_after(tiny) - linear).norm(),
+                1e-3 * (dense.jacobian() * tiny).norm())
           << mask;
     }
   }

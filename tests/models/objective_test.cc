@@ -111,9 +111,9 @@ TEST_P(ObjectiveOf, CostAndLinearizeAgree) {
 TEST_P(ObjectiveOf, JacobianAgreesWithDifferences) {
   for (const Problem& problem : problems()) {
     DenseObjective dense(problem, update(), lens());
-    const MatrixXd numeric = test::numeric_jacobian(
-        [&](const VectorXd& step) { return dense.residual_after(step); },
-        VectorXd::Zero(dense.objective().layout().unknowns()), 0.1);
+    const MatrixXd numeric =
+        test::numeric_jacobian([&](const VectorXd& step) { return dense.residual_after(step); },
+                               VectorXd::Zero(dense.objective().layout().unknowns()), 0.1);
     const MatrixXd analytic = dense.jacobian();
     for (Eigen::Index i = 0; i < analytic.cols(); ++i) {
       EXPECT_LE((analytic.col(i) - numeric.col(i)).norm(), 1e-8 * (analytic.col(i).norm() + 1))
@@ -190,8 +190,8 @@ TEST(Objective, PointsInTheCameraPlaneGiveACostThatIsNotFinite) {
 }
 
 TEST(Objective, RelativeChangeIsBlockwise) {
-  const Problem problem = small_problem({.seed = 6, .cameras = 2, .points = 3,
-                                         .observations_per_point = 2});
+  const Problem problem =
+      small_problem({.seed = 6, .cameras = 2, .points = 3, .observations_per_point = 2});
   DenseObjective dense(problem, PoseUpdate::global, Lens::free);
   const State from = dense.state();
   const auto change = [&](bool camera, std::size_t at, double delta) {
@@ -213,8 +213,8 @@ TEST(Objective, RelativeChangeIsBlockwise) {
   EXPECT_NEAR(change(false, 8, 1e-3), 1e-3 / (norm(from.points, 6, 3) + 1e-8), eps);
 
   State to = from;
-  to.cameras[6] += 1;     // a five-hundredth
-  to.points[0] += 0.25;   // much more of its norm
+  to.cameras[6] += 1;    // a five-hundredth
+  to.points[0] += 0.25;  // much more of its norm
   EXPECT_NEAR(dense.objective().relative_change(from, to, 1e-8),
               0.25 / (norm(from.points, 0, 3) + 1e-8), eps);
 }

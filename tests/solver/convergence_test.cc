@@ -18,12 +18,15 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double inf = std::numeric_limits<double>::infinity();
 
-constexpr std::array all = {
-    Termination::gradient_tolerance,   Termination::function_tolerance,
-    Termination::parameter_tolerance,  Termination::max_iterations,
-    Termination::time_limit,           Termination::stopped,
-    Termination::damping_limit,        Termination::consecutive_failures,
-    Termination::bad_start};
+constexpr std::array all = {Termination::gradient_tolerance,
+                            Termination::function_tolerance,
+                            Termination::parameter_tolerance,
+                            Termination::max_iterations,
+                            Termination::time_limit,
+                            Termination::stopped,
+                            Termination::damping_limit,
+                            Termination::consecutive_failures,
+                            Termination::bad_start};
 
 // An accepted step that moved and helped: no reason to stop.
 IterationRecord good_step() {

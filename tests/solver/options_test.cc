@@ -211,10 +211,10 @@ TEST(Resolve, RefusesWhatHasNoEffect) {
   EXPECT_NE(message_of({.method = Method::tnm, .linear = Linear::dense_cholesky}), "");
   EXPECT_NE(message_of({.method = Method::tnm, .linear = Linear::sparse_cholesky}), "");
   for (const auto schur : {Preconditioner::diag_s, Preconditioner::block_diag_s}) {
-    EXPECT_NE(message_of({.method = Method::tnm,
-                          .elimination = Elimination::none,
-                          .preconditioner = schur}),
-              "");
+    EXPECT_NE(
+        message_of(
+            {.method = Method::tnm, .elimination = Elimination::none, .preconditioner = schur}),
+        "");
     EXPECT_EQ(message_of({.method = Method::tnm, .preconditioner = schur}), "");
   }
 }

@@ -130,7 +130,6 @@ class BlockSystem {
     return linalg::make_layout({2, options.hub_size, 3}, options.hubs, options.leaves, row_leaf,
                                row_hub);
   }
-
 };
 
 /// The whole symmetric matrix that the stored upper block triangle stands for. Only what a

@@ -137,7 +137,7 @@ TEST_F(SolveCommand, SolutionReadsBackWithTheCostOfTheLog) {
     const json log = read_log(log_);
     EXPECT_EQ(evaluated_cost(output_), last_accepted_cost(log)) << update;
     const double final_cost = log["summary"]["final_cost"];
-    EXPECT_NEAR(evaluated_cost(output_), final_cost, 1e-10 * final_cost) << update;
+    EXPECT_EQ(evaluated_cost(output_), final_cost) << update;
     const Problem solution = io::read_bal(output_);
     EXPECT_EQ(reprojection_statistics(solution).rmse, log["summary"]["final_rmse"]);
     EXPECT_TRUE(test::same_bits(solution.observations, scene_.observations));

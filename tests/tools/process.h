@@ -26,9 +26,8 @@ class Process {
                    const std::filesystem::path& input = "/dev/null", int output = -1) {
     std::vector<std::string> words = {RAYBUNDLE_CLI};
     words.insert(words.end(), arguments.begin(), arguments.end());
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
+    std::vector<char*> argv(words.size() + 1, nullptr);
+    for (std::size_t i = 0; i < words.size(); ++i) argv[i] = words[i].data();
     const int in = ::open(input.c_str(), O_RDONLY | O_CLOEXEC);
     const int out = output >= 0 ? ::dup(output) : create("out");
     const int err = create("err");

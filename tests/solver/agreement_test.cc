@@ -1,0 +1,158 @@
+// Methods, eliminations, matrices and updates against one another: the same first step, and in the
+// end the same minimum.
+
+#include <raybundle/solver/solve.h>
+
+#include <array>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/Core>
+
+#include <raybundle/solver/option_table.h>
+#include <raybundle/tests/support/small_problem.h>
+
+namespace raybundle {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr std::array eliminations = {Elimination::none, Elimination::points, Elimination::cameras};
+constexpr std::array diagonals = {DiagonalMatrix::identity, DiagonalMatrix::diag_h};
+
+Problem problem_to_solve() {
+  return test::small_problem({.seed = 21,
+                              .cameras = 6,
+                              .points = 40,
+                              .observations_per_point = 4,
+                              .duplicate_observations = 3,
+                              .unobserved_cameras = 1,
+                              .unobserved_points = 1});
+}
+
+double minimum(PoseUpdate update, Lens lens) {
+  Problem problem = problem_to_solve();
+  return solve(problem, {.linear = Linear::dense_cholesky,
+                         .pose_update = update,
+                         .lens = lens,
+                         .max_iterations = 200,
+                         .function_tolerance = 0,
+                         .gradient_tolerance = 1e-7,
+                         .parameter_tolerance = 0})
+      .final_cost;
+}
+
+TEST(FirstStep, OfTheThreeEliminationsAgrees) {
+  for (const PoseUpdate update : {PoseUpdate::global, PoseUpdate::local, PoseUpdate::se3}) {
+    for (const DiagonalMatrix damping : diagonals) {
+      const double mu = damping == DiagonalMatrix::identity ? 1 : 1e-2;
+      std::vector<VectorXd> ends;
+      for (const Elimination elimination : eliminations) {
+        for (const Linear linear : {Linear::dense_cholesky, Linear::sparse_cholesky}) {
+          Problem problem = problem_to_solve();
+          const Summary summary = solve(problem, {.elimination = elimination,
+                                                  .linear = linear,
+                                                  .damping_matrix = damping,
+                                                  .pose_update = update,
+                                                  .max_iterations = 1,
+                                                  .initial_damping = mu});
+          ASSERT_EQ(summary.accepted, 1);
+          VectorXd change(problem.cameras.size() + problem.points.size());
+          change << Eigen::Map<VectorXd>(problem.cameras.data(),
+                                         static_cast<Eigen::Index>(problem.cameras.size())),
+              Eigen::Map<VectorXd>(problem.points.data(),
+                                   static_cast<Eigen::Index>(problem.points.size()));
+          ends.push_back(change);
+        }
+      }
+      // Relative to each number, so that the focal lengths do not hide the rest.
+      const VectorXd size = ends[0].cwiseAbs().array() + 1e-2;
+      for (const VectorXd& end : ends) {
+        EXPECT_LE((end - ends[0]).cwiseQuotient(size).lpNorm<Eigen::Infinity>(), 1e-8);
+      }
+    }
+  }
+}
+
+using Variant = std::tuple<Method, Elimination, DiagonalMatrix, DiagonalMatrix>;
+
+class SameMinimum : public ::testing::TestWithParam<Variant> {};
+
+TEST_P(SameMinimum, IsReached) {
+  const auto& [method, elimination, damping, scaling] = GetParam();
+  const double expected = minimum(PoseUpdate::local, Lens::fixed);
+  Problem problem = problem_to_solve();
+  Options options = {.method = method,
+                     .elimination = elimination,
+                     .damping_matrix = damping,
+                     .scaling = scaling,
+                     .lens = Lens::fixed,
+                     .max_iterations = 300,
+                     .function_tolerance = 1e-12};
+  if (method == Method::tnm) options.forcing = 1e-2;
+  const Summary summary = solve(problem, options);
+  EXPECT_NEAR(summary.final_cost, expected, 1e-7 * expected)
+      << name(summary.termination) << " after " << summary.iterations.size();
+  EXPECT_EQ(outcome(summary.termination), Outcome::converged) << summary.message;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Variants, SameMinimum,
+    ::testing::Combine(::testing::Values(Method::lm_cholesky, Method::tnm),
+                       ::testing::ValuesIn(eliminations), ::testing::ValuesIn(diagonals),
+                       ::testing::ValuesIn(diagonals)),
+    [](const auto& test) {
+      const auto text = [](DiagonalMatrix D) { return D == DiagonalMatrix::identity ? "I" : "H"; };
+      const bool exact = std::get<0>(test.param) == Method::lm_cholesky;
+      return std::string(exact ? "Cholesky" : "Pcg") + name(std::get<1>(test.param)) + "Damp" +
+             text(std::get<2>(test.param)) + "Scale" + text(std::get<3>(test.param));
+    });
+
+TEST(SameMinimumOf, AllPoseUpdatesAndLenses) {
+  for (const Lens lens : {Lens::free, Lens::fixed}) {
+    const double expected = minimum(PoseUpdate::local, lens);
+    EXPECT_NEAR(minimum(PoseUpdate::global, lens), expected, 1e-8 * expected);
+    EXPECT_NEAR(minimum(PoseUpdate::se3, lens), expected, 1e-8 * expected);
+  }
+  EXPECT_LT(minimum(PoseUpdate::local, Lens::free), minimum(PoseUpdate::local, Lens::fixed));
+}
+
+TEST(SameMinimumOf, AllPreconditioners) {
+  const double expected = minimum(PoseUpdate::local, Lens::free);
+  for (const Elimination elimination : eliminations) {
+    for (int k = 0; k < enum_count<Preconditioner>; ++k) {
+      if (elimination == Elimination::none && k > 2) continue;
+      const auto preconditioner = static_cast<Preconditioner>(k);
+      if (preconditioner == Preconditioner::identity) continue;  // hopeless among f, k1 and k2
+      Problem problem = problem_to_solve();
+      const Summary summary = solve(problem, {.method = Method::tnm,
+                                              .elimination = elimination,
+                                              .preconditioner = preconditioner,
+                                              .max_iterations = 300,
+                                              .function_tolerance = 1e-12,
+                                              .forcing = 1e-3});
+      EXPECT_NEAR(summary.final_cost, expected, 1e-6 * expected)
+          << name(elimination) << ", " << name(preconditioner) << ", " << summary.message;
+    }
+  }
+}
+
+// The truth fits exactly: whatever the way, the cost goes to zero.
+TEST(SameMinimumOf, ExactDataIsZero) {
+  for (const Method method : {Method::lm_cholesky, Method::tnm}) {
+    for (const Elimination elimination : eliminations) {
+      Problem problem = test::small_problem({.seed = 22, .points = 40, .pixel_noise = 0});
+      const Summary summary = solve(problem, {.method = method,
+                                              .elimination = elimination,
+                                              .max_iterations = 100,
+                                              .function_tolerance = 0,
+                                              .parameter_tolerance = 0});
+      EXPECT_LE(summary.final_cost, 1e-12 * summary.initial_cost) << name(elimination);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace raybundle
