@@ -1,7 +1,7 @@
 // How fast BAL text is read and written, on one core:
 //   bench_read_speed [--copies N] FILE
-// With --copies, FILE is repeated N times side by side into one larger valid problem, in a temporary
-// file that keeps the spelling of every number, and that one is read.
+// With --copies, FILE is repeated N times side by side into one larger valid problem, in a
+// temporary file that keeps the spelling of every number, and that one is read.
 
 #include <algorithm>
 #include <chrono>

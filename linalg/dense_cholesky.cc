@@ -1,8 +1,8 @@
-// The matrix is cut into square tiles. The task of tile (I, J), I >= J, copies it from A into packed
-// storage, subtracts the products of the tiles left of it in rows I and J, then factorises it (I = J)
-// or divides by the diagonal tile (J, J), and copies it back. Tasks are started column by column;
-// each waits for the tiles it needs, all of which were started before, so there are no barriers
-// between columns. How the sums are ordered is told in dense_kernels.h.
+// The matrix is cut into square tiles. The task of tile (I, J), I >= J, copies it from A into
+// packed storage, subtracts the products of the tiles left of it in rows I and J, then factorises
+// it (I = J) or divides by the diagonal tile (J, J), and copies it back. Tasks are started column
+// by column; each waits for the tiles it needs, all of which were started before, so there are no
+// barriers between columns. How the sums are ordered is told in dense_kernels.h.
 
 #include <raybundle/linalg/dense_cholesky.h>
 

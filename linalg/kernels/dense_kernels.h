@@ -13,9 +13,9 @@
 /// in strips. Rows and columns from the order n up to the next multiple of `step` are those of the
 /// identity; a strip's rows beyond that are never touched.
 ///
-/// **Order of sums.** Every entry is a_ij - l_i0 l_j0 - l_i1 l_j1 - ..., subtracted one product at a
-/// time in this order (fused where the processor can). The bits of the result therefore do not
-/// depend on how the work is cut into tiles; they do depend on the instruction set.
+/// **Order of sums.** Every entry is a_ij - l_i0 l_j0 - l_i1 l_j1 - ..., subtracted one product
+/// at a time in this order (fused where the processor can). The bits of the result therefore do
+/// not depend on how the work is cut into tiles; they do depend on the instruction set.
 namespace raybundle::linalg {
 
 /// Strips [begin, end).
@@ -45,8 +45,8 @@ struct DenseKernels {
   /// Copies a tile back, the lower triangle only.
   void (*unpack)(const PackedTriangle& L, double* A, std::int64_t ld, StripRange rows,
                  StripRange columns);
-  /// tile(rows, columns) -= L(rows, k) L(columns, k)^T for the columns k in strips `inner`. Of tiles
-  /// on the diagonal the lower triangle.
+  /// tile(rows, columns) -= L(rows, k) L(columns, k)^T for the columns k in strips `inner`. Of
+  /// tiles on the diagonal the lower triangle.
   void (*update)(const PackedTriangle& L, StripRange rows, StripRange columns, StripRange inner);
   /// For rows below `columns`: subtracts the products of columns from strip `from` on and divides
   /// by the transposed diagonal tile, which must be factorised: tile <- tile L_JJ^-T.

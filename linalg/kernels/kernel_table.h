@@ -58,8 +58,9 @@ struct BlockKernels {
 };
 
 struct EliminationKernels {
-  /// M of blocks [first, last) from H + diag(d) by Cholesky; a block with a pivot not above
-  /// `tolerance` times its diagonal entry is left and its index put into `failed`; returns how many.
+  /// M of blocks [first, last) from H + diag(d) by Cholesky. A block with a pivot not above
+  /// `tolerance` times its diagonal entry is left and its index put into `failed`; returns their
+  /// number.
   std::int64_t (*factor)(const double* H, const double* d, double tolerance, std::int64_t first,
                          std::int64_t last, double* M, std::int64_t* failed);
   /// U and y of eliminated [first, last).

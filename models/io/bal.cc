@@ -41,7 +41,8 @@ Count read_count(TextReader& reader, const char* what) {
 
 /// Refuses a header that needs more text than there is: whatever is allocated from it is then
 /// bounded by the size of the file. An observation takes at least the 8 bytes "0 0 0 0\n", a
-/// parameter the 2 bytes "0\n"; the last line end may be missing, that of the header is still ahead.
+/// parameter the 2 bytes "0\n"; the last line end may be missing, that of the header is still
+/// ahead.
 void check_promise(const TextReader& reader, const Header& header) {
   const std::int64_t available = reader.remaining();
   const std::int64_t parameters = std::int64_t{header.cameras} * Problem::camera_size +

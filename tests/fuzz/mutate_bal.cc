@@ -58,8 +58,7 @@ Arguments parse(const std::vector<std::string>& words) {
 
 // A damaged problem may be hopeless, but its solve ends in words and leaves nothing worse.
 void solve_damaged(raybundle::Problem problem) {
-  const raybundle::Summary summary =
-      raybundle::solve(problem, {.max_iterations = 4, .threads = 1});
+  const raybundle::Summary summary = raybundle::solve(problem, {.max_iterations = 4, .threads = 1});
   raybundle::validate(problem);
   if (summary.termination == raybundle::Termination::bad_start) return;
   if (!(summary.final_cost <= summary.initial_cost)) {
@@ -92,7 +91,8 @@ int run(const Arguments& arguments) {
     slowest = std::max(slowest, seconds.count());
   }
   std::cout << arguments.count << " mutations of " << original.size() << " bytes: " << read
-            << " read and solved, " << arguments.count - read << " refused, slowest " << slowest << " s\n";
+            << " read and solved, " << arguments.count - read << " refused, slowest " << slowest
+            << " s\n";
   return 0;
 }
 
