@@ -2,6 +2,8 @@
 
 #include <dlfcn.h>
 
+#include <mutex>
+
 namespace raybundle::linalg {
 namespace {
 
@@ -17,9 +19,7 @@ struct ThreadControl {
 };
 
 ThreadControl find_control() {
-  ThreadControl openblas = {find<int()>("openblas_get_num_threads"),
-                            find<void(int)>("openblas_set_num_threads")};
-  return openblas;
+  return {find<int()>("openblas_get_num_threads"), find<void(int)>("openblas_set_num_threads")};
 }
 
 const ThreadControl& control() {
@@ -27,16 +27,33 @@ const ThreadControl& control() {
   return found;
 }
 
+// The setting belongs to the process: the first guard saves it, the last one restores it.
+struct Holders {
+  std::mutex mutex;
+  int count = 0;
+  int previous = 0;
+};
+
+Holders& holders() {
+  static Holders all;
+  return all;
+}
+
 }  // namespace
 
 SingleThreadedBlas::SingleThreadedBlas() {
   if (control().get == nullptr || control().set == nullptr) return;
-  previous_ = control().get();
-  if (previous_ > 1) control().set(1);
+  const std::lock_guard lock(holders().mutex);
+  if (holders().count++ > 0) return;
+  holders().previous = control().get();
+  if (holders().previous > 1) control().set(1);
 }
 
 SingleThreadedBlas::~SingleThreadedBlas() {
-  if (previous_ > 1) control().set(previous_);
+  if (control().get == nullptr || control().set == nullptr) return;
+  const std::lock_guard lock(holders().mutex);
+  if (--holders().count > 0) return;
+  if (holders().previous > 1) control().set(holders().previous);
 }
 
 std::string blas_name() {

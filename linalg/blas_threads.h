@@ -13,9 +13,6 @@ class SingleThreadedBlas {
   ~SingleThreadedBlas();
   SingleThreadedBlas(const SingleThreadedBlas&) = delete;
   SingleThreadedBlas& operator=(const SingleThreadedBlas&) = delete;
-
- private:
-  int previous_ = 0;  // 0: nothing to restore
 };
 
 /// The BLAS that is loaded, as far as it can be told: "OpenBLAS with kernels for Haswell".

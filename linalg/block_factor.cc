@@ -41,7 +41,7 @@ void pseudo_inverse_factor(const double* A, int size, double* M) {
   const Matrix scaled = scale.asDiagonal() * block * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scaled);
   if (eigen.info() != Eigen::Success) return;
-  const double smallest = size * pivot_tolerance * eigen.eigenvalues()[size - 1];
+  const double smallest = size * null_tolerance * eigen.eigenvalues()[size - 1];
   for (int k = 0; k < size; ++k) {
     const double value = eigen.eigenvalues()[k];
     if (value > smallest) {

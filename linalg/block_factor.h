@@ -4,9 +4,14 @@
 
 namespace raybundle::linalg {
 
-/// Pivots at or below this share of their diagonal entry count as zero. Relative to the entry, so
-/// that the units of the unknowns do not matter.
-constexpr double pivot_tolerance = 1e-14;
+/// A Cholesky pivot at or below this share of its diagonal entry may be nothing but rounding that
+/// the pivots before it have magnified: the eigenvalues decide then. Relative to the entry, so that
+/// the units of the unknowns do not matter.
+constexpr double pivot_tolerance = 1e-10;
+
+/// Eigenvalues at or below this share of the largest, times the order, count as zero in a block
+/// whose diagonal is scaled to one.
+constexpr double null_tolerance = 1e-14;
 
 /// M with M M^T = A^-1 for a symmetric block of order `size` (at most 12, row-major): the inverse
 /// transpose of its Cholesky factor, or pseudo_inverse_factor() where Cholesky fails.

@@ -72,13 +72,12 @@ bool dense_is_faster(const SymmetricPattern& pattern, const Ordering& ordering) 
 }
 
 void require_dense_memory(const SymmetricPattern& pattern) {
-  require_memory(8 * square(pattern.order()),
+  require_memory(DenseCholesky::memory(pattern.order()),
                  "a dense matrix of order " + std::to_string(pattern.order()));
 }
 
-// The matrix with its row indices, CHOLMOD's permuted copy of both, and the factor.
 void require_sparse_memory(const SymmetricPattern& pattern, const Ordering& ordering) {
-  require_memory(32 * static_cast<double>(pattern.scalar_nonzeros()) + 8 * ordering.nonzeros,
+  require_memory(SparseCholesky::memory(pattern, ordering),
                  "a sparse factorisation of order " + std::to_string(pattern.order()));
 }
 

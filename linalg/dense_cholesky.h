@@ -26,6 +26,12 @@ class DenseCholesky {
 
   std::int64_t order() const { return order_; }
 
+  /// Bytes that factorising a matrix of this order takes, the matrix itself included.
+  static double memory(std::int64_t order) {
+    const auto n = static_cast<double>(order);
+    return 12 * n * n;
+  }
+
   /// The instruction set in use.
   InstructionSet instructions() const { return kernels_->set; }
 

@@ -1,7 +1,5 @@
 #include <raybundle/linalg/full_system.h>
 
-#include <raybundle/linalg/schur_complement.h>
-
 #include <algorithm>
 
 namespace raybundle::linalg {
@@ -63,29 +61,21 @@ void FullSystem::write_diagonal(SymmetricBlocks& A, Side side) const {
   }
 }
 
-void FullSystem::write_couplings(SymmetricBlocks& A) {
-  const int K = layout_.hub_size;
-  const int L = layout_.leaf_size;
-  E_.resize(index(layout_.couplings * K * L));
+void FullSystem::write_couplings(SymmetricBlocks& A) const {
   EliminationView view = {};
   view.kept = side_view(layout_, Side::hubs);
   view.J_kept = at_.J->blocks(Side::hubs);
   view.J_eliminated = at_.J->blocks(Side::leaves);
-  const auto& kernels = elimination_kernels(layout_.row_size, K, L);
-  parallel_for(pool_, layout_.couplings, 512, [&](std::int64_t first, std::int64_t last) {
-    kernels.couplings(view, first, last, E_.data());
-  });
-
-  const SymmetricPattern& pattern = A.pattern();
-  for (std::int64_t a = 0; a < layout_.hubs; ++a) {
-    const std::int64_t begin = layout_.hub_side.begin[index(a)];
-    const std::int64_t end = layout_.hub_side.begin[index(a + 1)];
-    for (std::int64_t p = begin; p < end; ++p) {
-      const double* E = E_.data() + layout_.hub_side.list[index(p)] * K * L;
-      double* block = A.row(a) + A.block_shift(pattern.row_begin[index(a)] + 1 + p - begin);
-      for (int k = 0; k < K; ++k) std::copy_n(E + k * L, L, block + k * A.stride(a));
+  const auto& kernels = elimination_kernels(layout_.row_size, layout_.hub_size, layout_.leaf_size);
+  const Incidence& hubs = layout_.hub_side;
+  for_blocks(layout_, Side::hubs, pool_, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t a = first; a < last; ++a) {
+      std::int64_t block = A.pattern().row_begin[index(a)] + 1;  // after the diagonal
+      for (std::int64_t p = hubs.begin[index(a)]; p < hubs.begin[index(a + 1)]; ++p, ++block) {
+        kernels.coupling(view, hubs.list[index(p)], A.row(a) + A.block_shift(block), A.stride(a));
+      }
     }
-  }
+  });
 }
 
 void FullSystem::assemble(SymmetricBlocks& A, double* v) {
@@ -110,13 +100,6 @@ void FullSystem::diagonal_blocks(Blocks /*which: nothing is eliminated*/, Diagon
       run.values[index(i * size + i % size)] += d[i];
     }
   }
-}
-
-std::unique_ptr<ReducedSystem> make_reduced_system(const BlockLayout& layout,
-                                                   std::optional<Side> eliminated,
-                                                   ThreadPool& pool) {
-  if (eliminated) return std::make_unique<SchurComplement>(layout, *eliminated, pool);
-  return std::make_unique<FullSystem>(layout, pool);
 }
 
 }  // namespace raybundle::linalg

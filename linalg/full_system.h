@@ -21,14 +21,13 @@ class FullSystem final : public ReducedSystem {
 
  private:
   void write_diagonal(SymmetricBlocks& A, Side side) const;
-  void write_couplings(SymmetricBlocks& A);
+  void write_couplings(SymmetricBlocks& A) const;
 
   const BlockLayout& layout_;
   ThreadPool& pool_;
   Linearization at_ = {};
   const double* damping_ = nullptr;
   std::vector<double> rows_;  // scratch of apply(), one number per residual
-  std::vector<double> E_;     // coupling blocks, allocated by the first assemble()
 };
 
 }  // namespace raybundle::linalg

@@ -2,11 +2,27 @@
 
 #include <raybundle/linalg/cholmod_session.h>
 
+#include <algorithm>
 #include <new>
 #include <optional>
 
 namespace raybundle::linalg {
 namespace {
+
+// What the factor holds when block column k of the ordering has count[k] blocks. Where block sizes
+// differ, fill is between the large blocks: they are what the rows are counted as.
+void predict(const SymmetricPattern& pattern, const SuiteSparse_long* count, Ordering& ordering) {
+  std::int64_t largest = 0;
+  for (std::int64_t a = 0; a < pattern.blocks(); ++a) {
+    largest = std::max(largest, pattern.block_size(a));
+  }
+  for (std::size_t k = 0; k < ordering.permutation.size(); ++k) {
+    const auto width = static_cast<double>(pattern.block_size(ordering.permutation[k]));
+    const double height = static_cast<double>(count[k]) * static_cast<double>(largest);
+    ordering.nonzeros += width * height;
+    ordering.flops += width * height * height;
+  }
+}
 
 std::optional<Ordering> analyze(const SymmetricPattern& pattern, int cholmod_method) {
   CholmodSession session;
@@ -20,12 +36,10 @@ std::optional<Ordering> analyze(const SymmetricPattern& pattern, int cholmod_met
   if (common.status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
   if (factor == nullptr) return std::nullopt;
 
-  const double size = static_cast<double>(pattern.order()) / static_cast<double>(pattern.blocks());
   Ordering found;
   const auto* order = static_cast<const SuiteSparse_long*>(factor->Perm);
   found.permutation.assign(order, order + pattern.blocks());
-  found.nonzeros = common.lnz * size * size;
-  found.flops = common.fl * size * size * size;
+  predict(pattern, static_cast<const SuiteSparse_long*>(factor->ColCount), found);
   cholmod_l_free_factor(&factor, &common);
   return found;
 }

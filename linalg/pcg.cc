@@ -1,19 +1,12 @@
 #include <raybundle/linalg/pcg.h>
 
 #include <raybundle/linalg/block_layout.h>
+#include <raybundle/linalg/vector.h>
 
 #include <algorithm>
 #include <cmath>
 
 namespace raybundle::linalg {
-
-double dot(const double* u, const double* v, std::int64_t size, ThreadPool& pool) {
-  return parallel_sum(pool, size, 8192, [&](std::int64_t first, std::int64_t last) {
-    double sum = 0;
-    for (std::int64_t i = first; i < last; ++i) sum += u[i] * v[i];
-    return sum;
-  });
-}
 
 Pcg::Pcg(std::int64_t size, ThreadPool& pool)
     : pool_(pool), r_(index(size)), q_(index(size)), a_(index(size)), Aa_(index(size)) {}
@@ -33,10 +26,18 @@ Pcg::Result Pcg::solve(const Operator& A, const Operator& precondition, const do
   Result result;
   result.residual_norm = std::sqrt(dot(r_, r_));
 
-  while (result.iterations < max_iterations && result.residual_norm > tolerance) {
+  // Written so that a residual that is not a number breaks down instead of ending well.
+  while (!(result.residual_norm <= tolerance)) {
+    if (result.iterations == max_iterations) {
+      result.end = End::max_iterations;
+      break;
+    }
     A(a_.data(), Aa_.data());
     const double curvature = dot(a_, Aa_);
-    if (!(curvature > 0) || !(rq > 0)) break;
+    if (!(curvature > 0) || !(rq > 0)) {
+      result.end = End::breakdown;
+      break;
+    }
     const double alpha = rq / curvature;
     for (std::size_t i = 0; i < size; ++i) {
       x[i] += alpha * a_[i];

@@ -9,20 +9,23 @@
 namespace raybundle::linalg {
 
 /// Preconditioned conjugate gradients for A x = b from x = 0, with A symmetric positive definite
-/// [Qu18, Alg. 1]. As printed there, line 2 starts with r = b; the residual is r = A x - b, so the
+/// [Qu18, Alg. 1]. As printed there, line 1 starts with r = b; the residual is r = A x - b, so the
 /// start is r = -b.
 class Pcg {
  public:
   using Operator = std::function<void(const double* x, double* y)>;
+  enum class End { tolerance, max_iterations, breakdown };
   struct Result {
+    End end = End::tolerance;
     int iterations = 0;
     double residual_norm = 0;  ///< |A x - b|, Euclidean, as the recurrence has it
   };
 
   Pcg(std::int64_t size, ThreadPool& pool);
 
-  /// Stops at |A x - b| <= tolerance, after max_iterations, or where a direction has no positive
-  /// curvature (rounding, or an A that is only semi-definite); x is then the best found.
+  /// Stops at |A x - b| <= tolerance, after max_iterations, or breaks down where a direction has no
+  /// positive curvature (rounding, an A that is only semi-definite, numbers that are not finite); x
+  /// is then the best found, which after no iteration is 0.
   Result solve(const Operator& A, const Operator& precondition, const double* b, double tolerance,
                int max_iterations, double* x);
 
@@ -35,8 +38,5 @@ class Pcg {
   std::vector<double> a_;  // direction
   std::vector<double> Aa_;
 };
-
-/// u . v with the same bits for any number of threads.
-double dot(const double* u, const double* v, std::int64_t size, ThreadPool& pool);
 
 }  // namespace raybundle::linalg

@@ -47,7 +47,7 @@ class ReducedSystem {
   /// y = A x, without forming A.
   virtual void apply(const double* x, double* y) = 0;
 
-  /// Sparsity of A.
+  /// Sparsity of A. Throws MemoryRefusal when A cannot be held.
   virtual SymmetricPattern pattern() const = 0;
   /// A and v together.
   virtual void assemble(SymmetricBlocks& A, double* v) = 0;

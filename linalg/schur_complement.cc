@@ -1,10 +1,12 @@
 #include <raybundle/linalg/schur_complement.h>
 
 #include <raybundle/linalg/block_factor.h>
+#include <raybundle/linalg/memory.h>
 
 #include <algorithm>
 #include <array>
 #include <mutex>
+#include <string>
 
 namespace raybundle::linalg {
 
@@ -99,12 +101,13 @@ void SchurComplement::expand(const double* x, double* step) {
   });
 }
 
-// The kept blocks b >= a that share an eliminated block with a, ascending.
-std::vector<std::int32_t> SchurComplement::neighbours(std::int64_t a,
-                                                      std::vector<std::int64_t>& seen) const {
+// Calls visit(b) once for every kept b > a that shares an eliminated block with a; seen[b] is a
+// mark that must be different from a before.
+template <class Visit>
+void SchurComplement::for_neighbours(std::int64_t a, std::vector<std::int64_t>& seen,
+                                     Visit&& visit) const {
   const Incidence& kept = layout_.incidence(kept_);
   const Incidence& eliminated = layout_.incidence(eliminated_);
-  std::vector<std::int32_t> found = {static_cast<std::int32_t>(a)};
   seen[index(a)] = a;
   for (std::int64_t p = kept.begin[index(a)]; p < kept.begin[index(a + 1)]; ++p) {
     const std::int64_t c = kept.list.empty() ? p : kept.list[index(p)];
@@ -115,14 +118,37 @@ std::vector<std::int32_t> SchurComplement::neighbours(std::int64_t a,
       const std::int32_t b = kept.block[index(other)];
       if (seen[index(b)] == a) continue;
       seen[index(b)] = a;
-      found.push_back(b);
+      visit(b);
     }
   }
-  std::sort(found.begin(), found.end());
-  return found;
+}
+
+// A reduced matrix can have the square of the kept blocks. Where it may be large its blocks are
+// counted before any is stored: what cannot be held is refused here and not half-way.
+void SchurComplement::require_pattern_memory() const {
+  const Incidence& eliminated = layout_.incidence(eliminated_);
+  const std::int64_t count = layout_.block_count(kept_);
+  double blocks = 0;
+  for (std::int64_t e = 0; e < layout_.block_count(eliminated_); ++e) {
+    const auto degree =
+        static_cast<double>(eliminated.begin[index(e + 1)] - eliminated.begin[index(e)]);
+    blocks += degree * (degree + 1) / 2;
+  }
+  constexpr double few = 1e7;
+  if (blocks > few) {
+    blocks = static_cast<double>(count);
+    std::vector<std::int64_t> seen(index(count), -1);
+    for (std::int64_t a = 0; a < count; ++a) {
+      for_neighbours(a, seen, [&](std::int32_t) { ++blocks; });
+    }
+  }
+  const double size = layout_.block_size(kept_);
+  require_memory(blocks * (8 * size * size + 12),  // values, column and shift
+                 "the reduced matrix of " + std::to_string(count) + " blocks");
 }
 
 SymmetricPattern SchurComplement::pattern() const {
+  require_pattern_memory();
   SymmetricPattern pattern;
   const std::int64_t count = layout_.block_count(kept_);
   for (std::int64_t a = 0; a <= count; ++a) {
@@ -131,8 +157,9 @@ SymmetricPattern SchurComplement::pattern() const {
   std::vector<std::int64_t> seen(index(count), -1);
   pattern.row_begin.push_back(0);
   for (std::int64_t a = 0; a < count; ++a) {
-    const std::vector<std::int32_t> row = neighbours(a, seen);
-    pattern.column.insert(pattern.column.end(), row.begin(), row.end());
+    pattern.column.push_back(static_cast<std::int32_t>(a));
+    for_neighbours(a, seen, [&](std::int32_t b) { pattern.column.push_back(b); });
+    std::sort(pattern.column.begin() + pattern.row_begin.back(), pattern.column.end());
     pattern.row_begin.push_back(static_cast<std::int64_t>(pattern.column.size()));
   }
   return pattern;

@@ -31,7 +31,9 @@ class SchurComplement final : public ReducedSystem {
   void factor();
   void factor_deficient(const std::vector<std::int64_t>& blocks);
   void transform();
-  std::vector<std::int32_t> neighbours(std::int64_t a, std::vector<std::int64_t>& seen) const;
+  template <class Visit>
+  void for_neighbours(std::int64_t a, std::vector<std::int64_t>& seen, Visit&& visit) const;
+  void require_pattern_memory() const;
   void start_row(SymmetricBlocks& A, std::int64_t a, double* v) const;
   const double* damping(Side side) const { return damping_ + layout_.offset(side); }
 

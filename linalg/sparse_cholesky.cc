@@ -2,9 +2,12 @@
 
 #include <raybundle/linalg/blas_threads.h>
 #include <raybundle/linalg/cholmod_session.h>
+#include <raybundle/linalg/memory.h>
 
 #include <algorithm>
+#include <limits>
 #include <new>
+#include <string>
 
 namespace raybundle::linalg {
 namespace {
@@ -47,6 +50,7 @@ struct SparseCholesky::Cholmod {
   cholmod_dense* e = nullptr;
   std::vector<std::int64_t> begin;  // scalar columns of the lower triangle
   std::vector<std::int64_t> row;
+  std::vector<std::int64_t> diagonal;  // where the diagonal entries of the columns stand
 };
 
 // A scalar row of a block row is a column of the lower triangle; the diagonal block is stored
@@ -62,6 +66,7 @@ void SparseCholesky::Cholmod::fill_scalar_pattern() {
           row.push_back(k);
         }
       }
+      diagonal.push_back(begin.back() + i);  // the diagonal block comes first
       begin.push_back(static_cast<std::int64_t>(row.size()));
     }
   }
@@ -77,9 +82,20 @@ SparseCholesky::SparseCholesky(const SymmetricPattern& pattern, const Ordering& 
   c.L = cholmod_l_analyze_p(&A, reinterpret_cast<SuiteSparse_long*>(permutation.data()), nullptr, 0,
                             &c.session.common);
   if (c.L == nullptr) throw std::bad_alloc();
+  require_memory(8 * static_cast<double>(c.L->xsize),
+                 "the factor of a sparse matrix of order " + std::to_string(pattern.order()));
 }
 
 SparseCholesky::~SparseCholesky() = default;
+
+double SparseCholesky::memory(const SymmetricPattern& pattern, const Ordering& ordering) {
+  // Values, row indices, and the permuted copies that CHOLMOD analyses and factors (as measured);
+  // supernodes store the upper part of their diagonal blocks and some explicit zeros.
+  constexpr double per_entry = 60;
+  constexpr double supernode_overhead = 1.3;
+  return per_entry * static_cast<double>(pattern.scalar_nonzeros()) +
+         supernode_overhead * 8 * ordering.nonzeros;
+}
 
 bool SparseCholesky::factor(const SymmetricBlocks& A) {
   Cholmod& c = *cholmod_;
@@ -88,7 +104,28 @@ bool SparseCholesky::factor(const SymmetricBlocks& A) {
       lower_triangle(c.pattern.order(), c.begin, c.row, const_cast<double*>(A.values()));
   const int done = cholmod_l_factorize(&matrix, c.L, &c.session.common);
   c.check_memory();
-  return done != 0 && c.session.common.status == CHOLMOD_OK;
+  return done != 0 && c.session.common.status == CHOLMOD_OK && pivots_are_sound(A);
+}
+
+// CHOLMOD itself refuses only pivots that are not positive.
+bool SparseCholesky::pivots_are_sound(const SymmetricBlocks& A) const {
+  const Cholmod& c = *cholmod_;
+  const auto* super = static_cast<const SuiteSparse_long*>(c.L->super);
+  const auto* row_begin = static_cast<const SuiteSparse_long*>(c.L->pi);
+  const auto* value_begin = static_cast<const SuiteSparse_long*>(c.L->px);
+  const auto* permutation = static_cast<const SuiteSparse_long*>(c.L->Perm);
+  const auto* values = static_cast<const double*>(c.L->x);
+  const double tolerance = static_cast<double>(c.L->n) * std::numeric_limits<double>::epsilon();
+  for (std::size_t s = 0; s < c.L->nsuper; ++s) {
+    const std::int64_t rows = row_begin[s + 1] - row_begin[s];
+    for (std::int64_t k = super[s]; k < super[s + 1]; ++k) {
+      const std::int64_t local = k - super[s];
+      const double root = values[value_begin[s] + local * (rows + 1)];
+      const double entry = A.values()[c.diagonal[index(permutation[k])]];
+      if (!(root * root > tolerance * entry)) return false;
+    }
+  }
+  return true;
 }
 
 void SparseCholesky::solve(double* x) {

@@ -11,17 +11,24 @@ namespace raybundle::linalg {
 /// Supernodal Cholesky by CHOLMOD [Chen08] with 64-bit indices; analysed once, factorised often.
 class SparseCholesky {
  public:
-  /// `pattern` outlives this. Throws std::bad_alloc.
+  /// `pattern` outlives this. Throws std::bad_alloc, before the factor is allocated where its
+  /// exact size is known to be too large.
   SparseCholesky(const SymmetricPattern& pattern, const Ordering& ordering);
   ~SparseCholesky();
   SparseCholesky(const SparseCholesky&) = delete;
   SparseCholesky& operator=(const SparseCholesky&) = delete;
 
-  /// `A` in sparse storage. False when it is not positive definite.
+  /// Bytes that matrix, analysis and factor take, as predicted.
+  static double memory(const SymmetricPattern& pattern, const Ordering& ordering);
+
+  /// `A` in sparse storage. False when it is not positive definite to working precision: the
+  /// pivot of column k must be larger than n eps a_kk, as for DenseCholesky.
   bool factor(const SymmetricBlocks& A);
   void solve(double* x);
 
  private:
+  bool pivots_are_sound(const SymmetricBlocks& A) const;
+
   struct Cholmod;
   std::unique_ptr<Cholmod> cholmod_;
 };

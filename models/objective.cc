@@ -20,14 +20,10 @@ constexpr std::int64_t row_grain = 512;
 
 int hub_size(Lens lens) { return lens == Lens::free ? 9 : 6; }
 
-// |to - from| / (|from| + tolerance) over one block.
-double relative(const double* from, const double* to, int size, double tolerance) {
-  double change = 0, norm = 0;
-  for (int i = 0; i < size; ++i) {
-    change += (to[i] - from[i]) * (to[i] - from[i]);
-    norm += from[i] * from[i];
-  }
-  return std::sqrt(change) / (std::sqrt(norm) + tolerance);
+double norm(const double* x, int size) {
+  double squares = 0;
+  for (int i = 0; i < size; ++i) squares += x[i] * x[i];
+  return std::sqrt(squares);
 }
 
 }  // namespace
@@ -181,28 +177,35 @@ void Objective::retract(const State& state, const double* step, State& next) {
   const auto coordinates = static_cast<std::int64_t>(state.points.size());
   linalg::parallel_for(pool_, coordinates, 16384, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t i = first; i < last; ++i) {
-      next.points[index(i)] = state.points[index(i)] + delta[i];
+      const bool fixed = !fixed_points_.empty() && fixed_points_[index(i / 3)] != 0;
+      next.points[index(i)] = state.points[index(i)] + (fixed ? 0 : delta[i]);
     }
   });
 }
 
-double Objective::relative_change(const State& from, const State& to, double tolerance) const {
+double Objective::relative_step(const State& state, const double* step, double tolerance) const {
   constexpr std::array camera_blocks = {3, 3, 1, 2};
+  const std::size_t used = lens_ == Lens::free ? 4 : 2;
+  const double* point_step = step + layout_.offset(linalg::Side::leaves);
   std::array<double, linalg::max_chunks> largest = {};
   const linalg::Chunks pieces = linalg::chunks(layout_.hubs + layout_.leaves, 4096);
   pool_.run(pieces.pieces, [&](std::int64_t piece) {
     double most = 0;
+    const auto measure = [&](const double* block, const double* delta, int size) {
+      most = std::max(most, norm(delta, size) / (norm(block, size) + tolerance));
+    };
     for (std::int64_t b = pieces.begin(piece); b < pieces.end(piece); ++b) {
       if (b >= layout_.hubs) {
-        const std::size_t at = index((b - layout_.hubs) * Problem::point_size);
-        most = std::max(most,
-                        relative(&from.points[at], &to.points[at], Problem::point_size, tolerance));
+        const std::int64_t at = (b - layout_.hubs) * Problem::point_size;
+        measure(state.points.data() + at, point_step + at, Problem::point_size);
         continue;
       }
-      std::size_t at = index(b * Problem::camera_size);
-      for (const int size : camera_blocks) {
-        most = std::max(most, relative(&from.cameras[at], &to.cameras[at], size, tolerance));
-        at += static_cast<std::size_t>(size);
+      const double* block = state.cameras.data() + b * Problem::camera_size;
+      const double* delta = step + b * layout_.hub_size;
+      for (std::size_t k = 0; k < used; ++k) {
+        measure(block, delta, camera_blocks[k]);
+        block += camera_blocks[k];
+        delta += camera_blocks[k];
       }
     }
     largest[index(piece)] = most;

@@ -41,8 +41,8 @@ class Objective {
   void retract(const State& state, const double* step, State& next);
 
   /// The largest, over blocks (rotation, translation, f, distortion of each camera, each point), of
-  /// |change| / (|block| + tolerance).
-  double relative_change(const State& from, const State& to, double tolerance) const;
+  /// |step| / (|block| + tolerance).
+  double relative_step(const State& state, const double* step, double tolerance) const;
 
  private:
   void check_fixed() const;

@@ -1,5 +1,6 @@
 // The kernels of residual_kernels.h for one instruction set; see linalg/kernels.
 
+#include <raybundle/models/bal_lens.h>
 #include <raybundle/models/residual_kernels.h>
 
 namespace raybundle::RAYBUNDLE_ISA {

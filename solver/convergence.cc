@@ -2,15 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 namespace raybundle {
-namespace {
 
-// Below this share of the cost a change is rounding.
-constexpr double cost_resolution = 1e-14;
-
-}  // namespace
+Convergence::Convergence(const Options& options, std::int64_t residuals)
+    : options_(options),
+      cost_resolution_(std::numeric_limits<double>::epsilon() *
+                       std::sqrt(static_cast<double>(residuals))) {}
 
 std::optional<Termination> Convergence::test(const IterationRecord& record, double previous_cost,
                                              double next_damping) {
@@ -36,16 +36,19 @@ std::optional<Termination> Convergence::test_accepted(const IterationRecord& rec
   return std::nullopt;
 }
 
+// The model promises less than a share of the cost, and the cost agrees that nothing changes.
+bool Convergence::is_flat(const IterationRecord& record, double share) const {
+  return record.step_norm > 0 && record.predicted_decrease <= share * record.cost &&
+         std::abs(record.candidate_cost - record.cost) <= share * record.cost;
+}
+
 std::optional<Termination> Convergence::test_rejected(const IterationRecord& record,
                                                       double next_damping) {
   ++failures_;
-  // The model promises less than the cost can resolve, and the cost agrees that nothing changes.
-  const double least = std::max(options_.function_tolerance, cost_resolution) * record.cost;
-  const bool flat = std::abs(record.candidate_cost - record.cost) <= least;
-  if (record.predicted_decrease <= least && flat) return Termination::function_tolerance;
-  if (record.relative_step <= options_.parameter_tolerance && flat) {
-    return Termination::parameter_tolerance;
-  }
+  // After failures the damping alone makes the model promise little: then only rounding excuses.
+  const double share =
+      failures_ == 1 ? std::max(options_.function_tolerance, cost_resolution_) : cost_resolution_;
+  if (is_flat(record, share)) return Termination::function_tolerance;
   if (next_damping > options_.max_damping) return Termination::damping_limit;
   if (failures_ >= options_.max_consecutive_failures) return Termination::consecutive_failures;
   return std::nullopt;
@@ -61,8 +64,12 @@ std::string Convergence::explain(Termination termination, const Summary& summary
            << options.gradient_tolerance;
       break;
     case Termination::function_tolerance:
-      text << "converged: the cost changes by no more than " << options.function_tolerance
-           << " of its value";
+      if (last.accepted) {
+        text << "converged: the cost changes by no more than " << options.function_tolerance
+             << " of its value";
+      } else {
+        text << "converged: the model promises no decrease that the cost can show";
+      }
       break;
     case Termination::parameter_tolerance:
       text << "converged: the largest relative step of a block " << last.relative_step

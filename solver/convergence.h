@@ -2,6 +2,7 @@
 
 #include <raybundle/solver/summary.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -10,7 +11,8 @@ namespace raybundle {
 /// The tests that end a solve, one iteration at a time.
 class Convergence {
  public:
-  explicit Convergence(const Options& options) : options_(options) {}
+  /// `residuals`: how many squares the cost sums.
+  Convergence(const Options& options, std::int64_t residuals);
 
   /// `record` has just ended; `previous_cost` is the cost before it, `next_damping` the mu that the
   /// next iteration would use.
@@ -22,9 +24,11 @@ class Convergence {
 
  private:
   std::optional<Termination> test_accepted(const IterationRecord& record, double previous_cost);
+  bool is_flat(const IterationRecord& record, double share) const;
   std::optional<Termination> test_rejected(const IterationRecord& record, double next_damping);
 
   Options options_;
+  double cost_resolution_;  // below this share of the cost a change is rounding
   int failures_ = 0;
 };
 

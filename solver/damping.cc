@@ -3,6 +3,11 @@
 #include <algorithm>
 
 namespace raybundle {
+namespace {
+
+constexpr double smallest_growing = 1e-8;
+
+}  // namespace
 
 void Damping::update(double rho) {
   if (rho > 0) {
@@ -10,7 +15,7 @@ void Damping::update(double rho) {
     mu_ = std::max(low_, mu_ * std::max(1.0 / 3.0, 1 - t * t * t));
     nu_ = 2;
   } else {
-    mu_ *= nu_;
+    mu_ = (mu_ > 0 ? mu_ : smallest_growing) * nu_;
     nu_ *= 2;
   }
 }

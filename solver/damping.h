@@ -9,7 +9,8 @@ class Damping {
   Damping(double initial, double low) : mu_(initial < low ? low : initial), low_(low) {}
 
   double mu() const { return mu_; }
-  /// `rho`: actual over predicted decrease; anything not above 0, NaN included, is a failure.
+  /// `rho`: actual over predicted decrease; anything not above 0, NaN included, is a failure. A
+  /// damping of 0 grows from a small number.
   void update(double rho);
 
  private:

@@ -17,6 +17,8 @@ struct MethodTraits {
   Preconditioner preconditioner;  ///< what its inner iterations use (PCG only)
   DiagonalMatrix damping_matrix;
   DiagonalMatrix scaling;
+  double forcing;            ///< t of the PCG stop test
+  int max_inner_iterations;  ///< PCG only
 };
 
 const MethodTraits& traits(Method method);

@@ -27,11 +27,16 @@ template <class AnyOptions, class Visit>
 void visit_options(AnyOptions& o, Visit&& visit) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   visit(o.method, OptionInfo{"method", "optimisation method"});
-  visit(o.elimination, OptionInfo{"elimination", "side eliminated before the inner solve"});
-  visit(o.linear, OptionInfo{"linear", "solver of the (reduced) linear system"});
-  visit(o.preconditioner, OptionInfo{"preconditioner", "preconditioner of the inner iterations"});
-  visit(o.damping_matrix, OptionInfo{"damping-matrix", "matrix that the damping multiplies"});
-  visit(o.scaling, OptionInfo{"scaling", "scaling of the unknowns of the linear system"});
+  visit(o.elimination,
+        OptionInfo{"elimination", "side eliminated before the inner solve; auto: points"});
+  visit(o.linear, OptionInfo{"linear", "solver of the (reduced) linear system; auto: by work"});
+  visit(o.preconditioner,
+        OptionInfo{"preconditioner",
+                   "preconditioner of the inner iterations; auto: block-diag-s, or b"});
+  visit(o.damping_matrix,
+        OptionInfo{"damping-matrix", "matrix that the damping multiplies; auto: diag-h"});
+  visit(o.scaling,
+        OptionInfo{"scaling", "scaling of the linear system's unknowns; auto: identity"});
   visit(o.pose_update, OptionInfo{"pose-update", "how a pose takes a step"});
   visit(o.lens, OptionInfo{"lens", "whether f, k1, k2 are unknowns"});
   visit(o.max_iterations,
@@ -52,8 +57,10 @@ void visit_options(AnyOptions& o, Visit&& visit) {
   visit(o.min_damping, OptionInfo{"min-damping", "mu never falls below this", 0, 1e32});
   visit(o.max_damping, OptionInfo{"max-damping", "stop when mu would rise above this", 0, inf});
   visit(o.max_inner_iterations,
-        OptionInfo{"max-inner-iterations", "most PCG iterations per linear solve", 1, 1e9});
-  visit(o.forcing, OptionInfo{"forcing", "t in the PCG stop |r| <= min(t, |b|) |b|", 0, 1});
+        OptionInfo{"max-inner-iterations", "most PCG iterations per linear solve; auto: 1000", 1,
+                   1e9});
+  visit(o.forcing,
+        OptionInfo{"forcing", "t in the PCG stop |r| <= min(t, |b|) |b|; auto: 0.1", 0, 1});
   visit(o.threads, OptionInfo{"threads", "worker threads; 0 means all cores", 0, 1024});
 }
 

@@ -4,7 +4,7 @@
 #include <raybundle/solver/option_table.h>
 
 #include <array>
-#include <cmath>
+#include <sstream>
 #include <type_traits>
 
 namespace raybundle {
@@ -20,9 +20,13 @@ void check_range(const T& value, const OptionInfo& info) {
   if constexpr (std::is_arithmetic_v<T>) {
     const auto number = static_cast<double>(value);
     if (number >= info.low && number <= info.high) return;
-    throw OptionError("--" + std::string(info.name) + ": " + std::to_string(value) +
-                      " is outside " + std::to_string(info.low) + " to " +
-                      std::to_string(info.high));
+    std::ostringstream text;
+    text << "--" << info.name << ": " << value << " is outside " << info.low << " to " << info.high;
+    throw OptionError(text.str());
+  } else {
+    static_assert(std::is_enum_v<T>);
+    if (static_cast<int>(value) >= 0 && static_cast<int>(value) < enum_count<T>) return;
+    throw OptionError("--" + std::string(info.name) + ": not a value of the enumeration");
   }
 }
 template <class T>
@@ -75,6 +79,12 @@ const char* name(Lens value) { return pick(std::array{"free", "fixed"}, value); 
 Options resolve(const Options& options) {
   visit_options(options,
                 [](const auto& value, const OptionInfo& info) { check_range(value, info); });
+  if (options.min_damping > options.max_damping) {
+    throw OptionError("--min-damping is larger than --max-damping");
+  }
+  if (options.initial_damping > options.max_damping) {
+    throw OptionError("--initial-damping is larger than --max-damping");
+  }
   const MethodTraits& method = traits(options.method);
   refuse_ineffective(options, method.inner);
 
@@ -88,8 +98,9 @@ Options resolve(const Options& options) {
     effective.preconditioner =
         options.preconditioner.value_or(nothing ? Preconditioner::b : method.preconditioner);
     effective.linear = Linear::implicit_pcg;
-    effective.forcing = options.forcing.value_or(0.1);
-    effective.max_inner_iterations = options.max_inner_iterations.value_or(1000);
+    effective.forcing = options.forcing.value_or(method.forcing);
+    effective.max_inner_iterations =
+        options.max_inner_iterations.value_or(method.max_inner_iterations);
   }
   return effective;
 }

@@ -20,33 +20,34 @@ enum class Linear { dense_cholesky, sparse_cholesky, implicit_pcg };
 enum class Preconditioner { identity, diag_b, b, diag_s, block_diag_s };
 /// The diagonal matrix that is added (damping) or that scales the unknowns.
 enum class DiagonalMatrix { identity, diag_h };
+
 /// Everything that shapes a solve; use designated initialisers. An empty optional means: as the
 /// method prefers. solver/option_table.h holds each option's name, range and help.
 struct Options {
   Method method = Method::lm_cholesky;
-  std::optional<Elimination> elimination = {};
-  std::optional<Linear> linear = {};
-  std::optional<Preconditioner> preconditioner = {};
-  std::optional<DiagonalMatrix> damping_matrix = {};
-  std::optional<DiagonalMatrix> scaling = {};
+  std::optional<Elimination> elimination = {};        ///< empty: points
+  std::optional<Linear> linear = {};                  ///< empty: by predicted work
+  std::optional<Preconditioner> preconditioner = {};  ///< tnm; empty: block_diag_s, b for none
+  std::optional<DiagonalMatrix> damping_matrix = {};  ///< empty: diag_h
+  std::optional<DiagonalMatrix> scaling = {};         ///< empty: identity
   PoseUpdate pose_update = PoseUpdate::local;
   Lens lens = Lens::free;
 
-  int max_iterations = 50;
-  double time_limit = std::numeric_limits<double>::infinity();
-  double function_tolerance = 1e-6;
-  double gradient_tolerance = 1e-10;
-  double parameter_tolerance = 1e-8;
-  int max_consecutive_failures = 12;
+  int max_iterations = 50;  ///< trial steps, rejected ones included
+  double time_limit = std::numeric_limits<double>::infinity();  ///< seconds
+  double function_tolerance = 1e-6;                             ///< |cost change| over cost
+  double gradient_tolerance = 1e-10;                            ///< largest entry of J^T r
+  double parameter_tolerance = 1e-8;  ///< |step| over |block|, the largest of all blocks
+  int max_consecutive_failures = 12;  ///< rejected steps in a row
 
-  double initial_damping = 1e-4;
+  double initial_damping = 1e-4;  ///< mu of [Qu18, Alg. 6]
   double min_damping = 1e-16;
   double max_damping = 1e32;
 
-  std::optional<int> max_inner_iterations = {};
-  std::optional<double> forcing = {};
+  std::optional<int> max_inner_iterations = {};  ///< tnm; empty: 1000
+  std::optional<double> forcing = {};            ///< tnm, t of [Qu18, Alg. 1]; empty: 0.1
 
-  int threads = 0;
+  int threads = 0;  ///< 0: all cores
 };
 
 /// The names an enumeration has on the command line, in logs and in documentation.

@@ -3,6 +3,9 @@
 #include <raybundle/models/objective.h>
 #include <raybundle/solver/step.h>
 #include <raybundle/solver/trust_region.h>
+#include <raybundle/solver/working_memory.h>
+
+#include <string>
 
 namespace raybundle {
 
@@ -12,6 +15,9 @@ Summary solve(Problem& problem, const Options& options, const Observer& observer
   linalg::ThreadPool pool(options.threads > 0 ? options.threads : linalg::available_threads());
   effective.threads = pool.threads();
 
+  linalg::require_memory(working_memory(problem, effective),
+                         "solving " + std::to_string(problem.observation_count()) +
+                             " observations by " + name(effective.method));
   Objective objective(problem, effective.pose_update, effective.lens, pool);
   const auto steps = make_step_solver(effective, objective.layout(), pool);
   effective.linear = steps->linear();

@@ -1,5 +1,6 @@
 #include <raybundle/linalg/pcg.h>
 #include <raybundle/linalg/preconditioner.h>
+#include <raybundle/linalg/vector.h>
 #include <raybundle/solver/step.h>
 
 #include <algorithm>
@@ -9,6 +10,8 @@ namespace raybundle {
 namespace {
 
 using linalg::index;
+
+constexpr double least_forcing = 1e-12;
 
 // The inexact step of [Qu18, Alg. 7]: conjugate gradients on the (reduced) system, whose matrix is
 // never formed.
@@ -30,15 +33,17 @@ class PcgStep final : public StepSolver {
     inverse_scaling(*options_.scaling, *at.normal, inverse_);
     scale(b_.data());
 
-    // Stop at |r| <= min(t, |b|) |b|  [Qu18, Alg. 1, line 2].
+    // Stop at |r| <= min(t, |b|) |b|  [Qu18, Alg. 1, line 2], above what rounding allows.
     const double norm = std::sqrt(linalg::dot(b_.data(), b_.data(), system_->size(), pool_));
-    const double tolerance = std::min(*options_.forcing, norm) * norm;
+    const double tolerance = std::max(std::min(*options_.forcing, norm), least_forcing) * norm;
     const auto result = pcg_.solve([this](const double* x, double* y) { apply(x, y); },
                                    [this](const double* r, double* z) { precondition(r, z); },
                                    b_.data(), tolerance, *options_.max_inner_iterations, x_.data());
     scale(x_.data());
     system_->expand(x_.data(), step);
-    return {.solved = true, .inner_iterations = result.iterations};
+    // A breakdown after some progress still gives a step; one at the start gives none.
+    const bool solved = result.end != linalg::Pcg::End::breakdown || result.iterations > 0;
+    return {.solved = solved, .inner_iterations = result.iterations};
   }
 
   Linear linear() const override { return Linear::implicit_pcg; }

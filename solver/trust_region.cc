@@ -11,7 +11,7 @@
 
 #include <raybundle/solver/trust_region.h>
 
-#include <raybundle/linalg/pcg.h>
+#include <raybundle/linalg/vector.h>
 
 #include <algorithm>
 #include <cmath>
@@ -66,7 +66,7 @@ TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::Thread
       step_(index(objective.layout().unknowns())),
       J_step_(index(objective.layout().residuals())),
       damping_(options.initial_damping, options.min_damping),
-      convergence_(options) {
+      convergence_(options, objective.layout().residuals()) {
   summary_.options = options;
 }
 
@@ -91,6 +91,8 @@ Summary TrustRegion::run(State& state) {
 
 void TrustRegion::start() {
   summary_.seconds.setup = seconds();
+  record_.iteration = -1;
+  begin_record();
   {
     const PhaseTimer timer(summary_.seconds.residual);
     cost_ = objective_.cost(state_);
@@ -98,12 +100,9 @@ void TrustRegion::start() {
   linearize();
   summary_.initial_cost = cost_;
   record_.accepted = true;
-  if (!std::isfinite(cost_) || !std::isfinite(record_.gradient_norm)) {
-    summary_.iterations.push_back(record_);
-    stop(Termination::bad_start);
-    return;
-  }
   end_iteration();
+  const bool finite = std::isfinite(cost_) && std::isfinite(record_.gradient_norm);
+  if (!finite) stop(Termination::bad_start);
 }
 
 void TrustRegion::begin_record() {
@@ -166,7 +165,7 @@ void TrustRegion::evaluate_candidate() {
   objective_.retract(state_, step_.data(), candidate_);
   record_.candidate_cost = objective_.cost(candidate_);
   record_.relative_step =
-      objective_.relative_change(state_, candidate_, summary_.options.parameter_tolerance);
+      objective_.relative_step(state_, step_.data(), summary_.options.parameter_tolerance);
 }
 
 // A step is accepted when it lowers the cost. A NaN anywhere, or a model that promises nothing,

@@ -36,7 +36,7 @@ std::string text(const T& value) {
 }
 template <class T>
 std::string text(const std::optional<T>& value) {
-  return value ? text(*value) : "the method's choice";
+  return value ? text(*value) : "auto";
 }
 
 /// What the help page shows as the value: its kind, or all that are legal.
@@ -77,17 +77,29 @@ T parse(const OptionInfo& info, const std::string& given) {
   }
 }
 
+template <class T>
+void assign(T& field, const OptionInfo& info, const std::string& given) {
+  field = parse<T>(info, given);
+}
+/// What a method may choose by itself can be left to it by name.
+template <class T>
+void assign(std::optional<T>& field, const OptionInfo& info, const std::string& given) {
+  field = given == "auto" ? std::optional<T>() : parse<T>(info, given);
+}
+
 }  // namespace
 
 void add_solver_options(CLI::App& parser, Options& options) {
   visit_options(options, [&parser](auto& field, const OptionInfo& info) {
-    using Value = typename ValueOf<std::remove_reference_t<decltype(field)>>::Type;
+    using Field = std::remove_reference_t<decltype(field)>;
+    using Value = typename ValueOf<Field>::Type;
+    constexpr bool is_optional = !std::is_same_v<Field, Value>;
     parser
         .add_option_function<std::string>(
             "--" + std::string(info.name),
-            [&field, info](const std::string& given) { field = parse<Value>(info, given); },
+            [&field, info](const std::string& given) { assign(field, info, given); },
             std::string(info.help) + " [" + text(field) + "]")
-        ->type_name(kind<Value>())
+        ->type_name(kind<Value>() + (is_optional ? "|auto" : ""))
         ->group("Solver options");
   });
 }

@@ -300,17 +300,15 @@ struct Eliminate {
     }
   }
 
-  static void couplings(const EliminationView& view, Index first, Index last, double* blocks) {
-    for (Index c = first; c < last; ++c) {
-      Row<E> block[K] = {};
-      for (Index row = row_begin(view.kept, c); row < row_end(view.kept, c); ++row) {
-        for (Index k = row * R; k < (row + 1) * R; ++k) {
-          const auto J_e = Row<E>::load(view.J_eliminated + k * E);
-          for (int i = 0; i < K; ++i) block[i].add(view.J_kept[k * K + i], J_e);
-        }
+  static void coupling_block(const EliminationView& view, Index c, double* block, Index stride) {
+    Row<E> product[K] = {};
+    for (Index row = row_begin(view.kept, c); row < row_end(view.kept, c); ++row) {
+      for (Index k = row * R; k < (row + 1) * R; ++k) {
+        const auto J_e = Row<E>::load(view.J_eliminated + k * E);
+        for (int i = 0; i < K; ++i) product[i].add(view.J_kept[k * K + i], J_e);
       }
-      for (int i = 0; i < K; ++i) block[i].store(blocks + (c * K + i) * E);
     }
+    for (int i = 0; i < K; ++i) product[i].store(block + i * stride);
   }
 };
 
@@ -326,7 +324,7 @@ constexpr EliminationKernels make_elimination_kernels() {
   using Kernels = Eliminate<R, K, E>;
   return {&Kernels::factor,          &Kernels::transform,       &Kernels::reduce_gradient,
           &Kernels::project,         &Kernels::back_substitute, &Kernels::subtract_products,
-          &Kernels::diagonal_blocks, &Kernels::couplings};
+          &Kernels::diagonal_blocks, &Kernels::coupling_block};
 }
 
 }  // namespace

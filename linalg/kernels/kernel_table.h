@@ -81,8 +81,8 @@ struct EliminationKernels {
   /// A_aa = H_aa - J_a^T U U^T J_a for kept [first, last).
   void (*diagonal_blocks)(const EliminationView& view, const double* H_kept, std::int64_t first,
                           std::int64_t last, double* A_diagonal);
-  /// J_k^T J_e (kept x eliminated) for couplings [first, last): the blocks of E or of E^T.
-  void (*couplings)(const EliminationView& view, std::int64_t first, std::int64_t last, double* E);
+  /// The block J_k^T J_e of coupling c, kept x eliminated, with `stride` between its rows.
+  void (*coupling)(const EliminationView& view, std::int64_t c, double* E, std::int64_t stride);
 };
 
 /// The kernels for a layout; throws std::invalid_argument for block sizes nobody compiled.

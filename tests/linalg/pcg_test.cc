@@ -1,4 +1,5 @@
 #include <raybundle/linalg/pcg.h>
+#include <raybundle/linalg/vector.h>
 
 #include <cmath>
 #include <cstdint>

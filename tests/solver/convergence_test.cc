@@ -3,6 +3,7 @@
 #include <raybundle/solver/convergence.h>
 
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <set>
@@ -16,6 +17,7 @@ namespace raybundle {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr std::int64_t residuals = 1000;
 constexpr double inf = std::numeric_limits<double>::infinity();
 
 constexpr std::array all = {Termination::gradient_tolerance,
@@ -60,7 +62,7 @@ IterationRecord failed_step() {
 
 std::optional<Termination> verdict(const IterationRecord& record, const Options& options = {},
                                    double next_damping = 1) {
-  return Convergence(resolve(options)).test(record, 100, next_damping);
+  return Convergence(resolve(options), residuals).test(record, 100, next_damping);
 }
 
 TEST(Convergence, GoesOnAfterAGoodStep) { EXPECT_EQ(verdict(good_step()), std::nullopt); }
@@ -112,6 +114,19 @@ TEST(Convergence, ARejectedStepOfNoConsequenceConverges) {
   EXPECT_EQ(verdict(record, {.function_tolerance = 1e-6}), std::nullopt);
 }
 
+// After several failures the damping alone makes the model promise little: that is no minimum.
+TEST(Convergence, LaterFailuresDoNotPassForConvergence) {
+  Convergence convergence(resolve({.function_tolerance = 1e-6}), residuals);
+  EXPECT_EQ(convergence.test(rejected_step(), 100, 1), std::nullopt);
+  IterationRecord record = rejected_step();
+  record.candidate_cost = 100 + 5e-5;
+  record.predicted_decrease = 5e-5;
+  EXPECT_EQ(convergence.test(record, 100, 1), std::nullopt);
+  record.candidate_cost = 100 + 1e-14;  // what rounding leaves of the cost decides
+  record.predicted_decrease = 1e-14;
+  EXPECT_EQ(convergence.test(record, 100, 1), Termination::function_tolerance);
+}
+
 TEST(Convergence, AFailedFactorisationIsNotConvergence) {
   EXPECT_EQ(verdict(failed_step(), {.function_tolerance = 1, .parameter_tolerance = 1}),
             std::nullopt);
@@ -131,7 +146,7 @@ TEST(Convergence, DampingAtItsLimit) {
 }
 
 TEST(Convergence, FailuresCountInARowOnly) {
-  Convergence convergence(resolve({.max_consecutive_failures = 3}));
+  Convergence convergence(resolve({.max_consecutive_failures = 3}), residuals);
   for (int round = 0; round < 2; ++round) {
     EXPECT_EQ(convergence.test(rejected_step(), 100, 1), std::nullopt);
     EXPECT_EQ(convergence.test(failed_step(), 100, 1), std::nullopt);

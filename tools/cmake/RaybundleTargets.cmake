@@ -16,7 +16,9 @@ function(raybundle_warnings target)
     ${target}
     PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wnon-virtual-dtor -Woverloaded-virtual
             $<$<BOOL:${RAYBUNDLE_WERROR}>:-Werror>)
-  if(RAYBUNDLE_WERROR AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    target_compile_options(${target} PRIVATE -Wno-sign-conversion) # as GCC understands -Wconversion
+  elseif(RAYBUNDLE_WERROR AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # GCC's flow analyses see Eigen and std::string after inlining and warn of what cannot happen
     # there (GCC 12: -Wrestrict on every `"text" + std::string`, its bug 105651).
     target_compile_options(
@@ -38,8 +40,8 @@ function(raybundle_library_usage target)
   add_dependencies(${target} raybundle_version)
 endfunction()
 
-# Gives files named *_avx2.cc and *_avx512.cc their instruction set; the program chooses among them
-# when it runs. On other processors they are left out. Such files must not instantiate inline
+# Gives files named *_avx2.cc and *_avx512.cc their instruction set, of exactly the extensions that
+# linalg/cpu.cc looks for; the program chooses among them when it runs. On other processors they are left out. Such files must not instantiate inline
 # functions of headers: the linker keeps one copy of those, and could keep the one with the wrong
 # instructions (tests: isa_isolation).
 function(raybundle_instruction_sets sources_variable)
@@ -49,7 +51,11 @@ function(raybundle_instruction_sets sources_variable)
       set_source_files_properties("${source}" PROPERTIES COMPILE_OPTIONS "-mavx2;-mfma")
     elseif(source MATCHES "_avx512\\.cc$" AND RAYBUNDLE_X86_KERNELS)
       set_source_files_properties(
-        "${source}" PROPERTIES COMPILE_OPTIONS "-march=skylake-avx512;-mprefer-vector-width=512")
+        "${source}"
+        PROPERTIES
+          COMPILE_OPTIONS
+          "-mfma;-mavx512f;-mavx512cd;-mavx512bw;-mavx512dq;-mavx512vl;-mtune=skylake-avx512;-mprefer-vector-width=512"
+      )
     elseif(source MATCHES "_avx(2|512)\\.cc$")
       list(REMOVE_ITEM ${sources_variable} "${source}")
     endif()
@@ -81,7 +87,7 @@ endfunction()
 include(CheckCXXCompilerFlag)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
   check_cxx_compiler_flag("-mavx2 -mfma" RAYBUNDLE_COMPILER_HAS_AVX2)
-  check_cxx_compiler_flag("-march=skylake-avx512 -mprefer-vector-width=512"
+  check_cxx_compiler_flag("-mavx512f -mavx512vl -mprefer-vector-width=512"
                           RAYBUNDLE_COMPILER_HAS_AVX512)
 endif()
 if(RAYBUNDLE_COMPILER_HAS_AVX2 AND RAYBUNDLE_COMPILER_HAS_AVX512)

@@ -1,0 +1,15 @@
+#include <raybundle/linalg/reduced_system.h>
+
+#include <raybundle/linalg/full_system.h>
+#include <raybundle/linalg/schur_complement.h>
+
+namespace raybundle::linalg {
+
+std::unique_ptr<ReducedSystem> make_reduced_system(const BlockLayout& layout,
+                                                   std::optional<Side> eliminated,
+                                                   ThreadPool& pool) {
+  if (eliminated) return std::make_unique<SchurComplement>(layout, *eliminated, pool);
+  return std::make_unique<FullSystem>(layout, pool);
+}
+
+}  // namespace raybundle::linalg

@@ -1,0 +1,67 @@
+// Counts what is allocated: models/objective.h, solver/trust_region.h, linalg/schur_complement.h,
+// linalg/pcg.h. Numbers are bytes per item; a double or a 64-bit index takes 8.
+
+#include <raybundle/solver/working_memory.h>
+
+#include <raybundle/solver/methods.h>
+
+namespace raybundle {
+namespace {
+
+constexpr double word = 8;
+
+struct Sizes {
+  double rows, cameras, points;
+  double camera_unknowns() const { return 9 * cameras; }
+  double point_unknowns() const { return 3 * points; }
+  double unknowns() const { return camera_unknowns() + point_unknowns(); }
+};
+
+/// What every method has: objective, layout, states, Jacobian, normal equations, vectors.
+double engine(const Sizes& n) {
+  const double objective = 24 * n.rows + 192 * n.cameras;
+  const double layout = 24 * n.rows + word * (n.cameras + n.points);
+  const double states = 2 * word * n.unknowns();
+  const double jacobian = 2 * (9 + 3) * word * n.rows;
+  const double residuals = 2 * 2 * word * n.rows;
+  const double blocks = word * (81 * n.cameras + 9 * n.points);
+  const double vectors = 4 * word * n.unknowns();
+  return objective + layout + states + jacobian + residuals + blocks + vectors;
+}
+
+/// What an elimination keeps: M block by block, U = J_e M row by row, and a vector.
+double eliminated_side(const Sizes& n, Elimination elimination) {
+  if (elimination == Elimination::none) return 0;
+  const bool points = elimination == Elimination::points;
+  const double size = points ? 3 : 9;
+  const double blocks = points ? n.points : n.cameras;
+  return word * (size * size * blocks + 2 * size * n.rows + size * blocks);
+}
+
+double kept_unknowns(const Sizes& n, Elimination elimination) {
+  if (elimination == Elimination::none) return n.unknowns();
+  return elimination == Elimination::points ? n.camera_unknowns() : n.point_unknowns();
+}
+
+/// Preconditioner with its factors, the rows of a product, and the vectors of the iteration.
+double conjugate_gradients(const Sizes& n, Elimination elimination) {
+  const double camera_blocks = elimination == Elimination::cameras ? 0 : 81 * n.cameras;
+  const double point_blocks = elimination == Elimination::points ? 0 : 9 * n.points;
+  return 2 * word * (camera_blocks + point_blocks) + 2 * word * n.rows +
+         7 * word * kept_unknowns(n, elimination);
+}
+
+}  // namespace
+
+double working_memory(const Problem& problem, const Options& options) {
+  const Sizes n = {static_cast<double>(problem.observation_count()),
+                   static_cast<double>(problem.camera_count()),
+                   static_cast<double>(problem.point_count())};
+  const Elimination elimination = *options.elimination;
+  const double inner = traits(options.method).inner == InnerSolve::pcg
+                           ? conjugate_gradients(n, elimination)
+                           : word * kept_unknowns(n, elimination);
+  return engine(n) + eliminated_side(n, elimination) + inner;
+}
+
+}  // namespace raybundle
