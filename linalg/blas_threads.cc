@@ -27,7 +27,14 @@ const ThreadControl& control() {
   return found;
 }
 
-// The setting belongs to the process: the first guard saves it, the last one restores it.
+// How many levels of OpenMP loops run in parallel: with 0 none does.
+const ThreadControl& openmp() {
+  static const ThreadControl found = {find<int()>("omp_get_max_active_levels"),
+                                      find<void(int)>("omp_set_max_active_levels")};
+  return found;
+}
+
+// The BLAS setting belongs to the process: the first guard saves it, the last one restores it.
 struct Holders {
   std::mutex mutex;
   int count = 0;
@@ -42,6 +49,10 @@ Holders& holders() {
 }  // namespace
 
 SingleThreadedBlas::SingleThreadedBlas() {
+  if (openmp().get != nullptr && openmp().set != nullptr) {
+    openmp_levels_ = openmp().get();
+    if (openmp_levels_ > 0) openmp().set(0);
+  }
   if (control().get == nullptr || control().set == nullptr) return;
   const std::lock_guard lock(holders().mutex);
   if (holders().count++ > 0) return;
@@ -50,6 +61,7 @@ SingleThreadedBlas::SingleThreadedBlas() {
 }
 
 SingleThreadedBlas::~SingleThreadedBlas() {
+  if (openmp_levels_ > 0) openmp().set(openmp_levels_);
   if (control().get == nullptr || control().set == nullptr) return;
   const std::lock_guard lock(holders().mutex);
   if (--holders().count > 0) return;

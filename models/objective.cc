@@ -178,7 +178,7 @@ void Objective::retract(const State& state, const double* step, State& next) {
   linalg::parallel_for(pool_, coordinates, 16384, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t i = first; i < last; ++i) {
       const bool fixed = !fixed_points_.empty() && fixed_points_[index(i / 3)] != 0;
-      next.points[index(i)] = state.points[index(i)] + (fixed ? 0 : delta[i]);
+      next.points[index(i)] = fixed ? state.points[index(i)] : state.points[index(i)] + delta[i];
     }
   });
 }

@@ -27,6 +27,8 @@ class Objective {
   /// when it fixes a part of a pose that `update` cannot hold: a local update turns a rotation and
   /// moves a translation as a whole, se3 only the whole pose.
   Objective(const Problem& problem, PoseUpdate update, Lens lens, linalg::ThreadPool& pool);
+  Objective(const Objective&) = delete;  // others hold its layout
+  Objective& operator=(const Objective&) = delete;
 
   const linalg::BlockLayout& layout() const { return layout_; }
   static State state_of(const Problem& problem) { return {problem.cameras, problem.points}; }

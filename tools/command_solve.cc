@@ -66,13 +66,26 @@ std::string has_name(const std::string& name) { return name.empty() ? "the name 
 
 bool same_file(const std::string& a, const std::string& b) {
   if (a == "-" || b == "-") return a == b;
-  const auto place = [](const std::string& path) {
-    std::error_code ignored;
-    const auto whole = std::filesystem::absolute(path, ignored).lexically_normal();
-    const auto linked = std::filesystem::weakly_canonical(whole, ignored);
-    return linked.empty() ? whole : linked;
+  std::error_code ignored;
+  if (std::filesystem::equivalent(a, b, ignored)) return true;  // links too
+  const auto place = [&ignored](const std::string& path) {
+    const auto whole = std::filesystem::weakly_canonical(path, ignored);
+    return whole.empty() ? std::filesystem::path(path) : whole;
   };
   return place(a) == place(b);
+}
+
+/// A result must not replace what it was made from, and has one format.
+void check_result(const std::string& option, const std::string& output, const std::string& input) {
+  if (output.empty()) return;
+  if (!input.empty() && input != "-" && output != "-" && same_file(output, input)) {
+    throw OptionError(option + " is the input, which is never changed: " + output);
+  }
+  for (const char* ending : {".gz", ".bz2", ".xz", ".zst"}) {
+    if (!output.ends_with(ending)) continue;
+    throw OptionError(option + ": " + output + " would not be compressed; leave out the " + ending);
+  }
+  check_output(output);
 }
 
 /// Whatever can be refused before the first long stage.
@@ -85,8 +98,8 @@ void check(const Arguments& arguments) {
     throw OptionError("--output and --log are the same: " + arguments.log);
   }
   static_cast<void>(resolve(arguments.options));
-  if (!arguments.output.empty()) check_output(arguments.output);
-  if (!arguments.log.empty()) check_output(arguments.log);
+  check_result("--output", arguments.output, arguments.input);
+  check_result("--log", arguments.log, arguments.input);
 }
 
 Problem obtain(const Arguments& arguments, SolveRecord& record) {

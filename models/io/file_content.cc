@@ -15,7 +15,9 @@ namespace {
 
 constexpr const char* readable = "a file that can be read";
 
-std::string words(int error) { return std::generic_category().message(error); }
+std::string words(int error) {
+  return "nothing readable (" + std::generic_category().message(error) + ")";
+}
 
 std::string read_to_end(int descriptor, const std::string& source) {
   constexpr std::size_t piece = std::size_t{1} << 20;

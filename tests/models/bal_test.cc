@@ -167,9 +167,13 @@ TEST(Bal, ErrorsOfFilesNameThem) {
     return "";
   };
   const std::string missing = (folder / "missing.txt").string();
-  EXPECT_EQ(message(missing),
-            missing + ": found No such file or directory, expected a file that can be read");
-  EXPECT_EQ(message(folder.path()).find(folder.path().string() + ": found Is a directory"), 0U);
+  EXPECT_EQ(
+      message(missing),
+      missing +
+          ": found nothing readable (No such file or directory), expected a file that can be read");
+  EXPECT_EQ(message(folder.path())
+                .find(folder.path().string() + ": found nothing readable (Is a directory)"),
+            0U);
   test::write_text(folder / "empty.txt", "");
   EXPECT_EQ(message(folder / "empty.txt").find((folder / "empty.txt").string() + ":1: "), 0U);
 }

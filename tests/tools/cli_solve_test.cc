@@ -173,10 +173,18 @@ TEST_F(SolveCommand, SolutionOrLogMayGoToStandardOutput) {
   EXPECT_NE(log.errors.find("converged"), std::string::npos);
 }
 
-TEST_F(SolveCommand, TheInputMayBeReplaced) {
-  ASSERT_EQ(run({"solve", input_, "-q", "-o", output_}).code, 0);
-  ASSERT_EQ(run({"solve", input_, "-q", "-o", input_}).code, 0);
-  EXPECT_EQ(read_text(input_), read_text(output_));
+TEST_F(SolveCommand, TheInputIsNeverReplaced) {
+  const std::string before = read_text(input_);
+  const std::string link = (folder_.path() / "link").string();
+  std::filesystem::create_symlink(input_, link);
+  for (const std::string& name : {input_, link}) {
+    for (const char* option : {"-o", "--log"}) {
+      const Result result = run({"solve", input_, "-q", option, name});
+      EXPECT_EQ(result.code, 2);
+      EXPECT_NE(result.errors.find("is the input"), std::string::npos) << result.errors;
+    }
+  }
+  EXPECT_EQ(read_text(input_), before);
 }
 
 TEST_F(SolveCommand, LimitsAreUsable) {

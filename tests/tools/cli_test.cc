@@ -107,6 +107,7 @@ TEST_F(WithScene, MistakesInOptionsEndWithCode2AndAWordAboutThem) {
       {{"solve", input_, "-o", "-", "--log", "-"}, "are the same"},
       {{"solve", input_, "-o", "x.txt", "--log", "./x.txt"}, "are the same"},
       {{"solve", input_, "-q", "--method", "tnm", "--method", "tnm"}, "--method"},
+      {{"solve", input_, "-o", "x.txt.gz"}, "would not be compressed"},
       {{"solve", ""}, "name is empty"},
       {{"solve", input_, "-o", ""}, "name is empty"},
       {{"solve", input_, "--log="}, "--log"},

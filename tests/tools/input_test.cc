@@ -266,7 +266,7 @@ TEST(Input, AMissingFileIsNamed) {
     FAIL() << "was read";
   } catch (const InputError& error) {
     EXPECT_EQ(error.source(), "no/such/file.txt.gz");
-    EXPECT_EQ(error.found(), "No such file or directory");
+    EXPECT_EQ(error.found(), "nothing readable (No such file or directory)");
   }
 }
 
