@@ -1,6 +1,7 @@
 // raybundle info: the shape of a problem, what solving it would take, and advice.
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,12 +38,13 @@ std::string method_advice(const MemoryEstimates& memory) {
     return estimate.bytes < 0.8 * available;
   };
   const auto best = [&](Method method) {
-    const MemoryEstimate* found = nullptr;
+    MemoryEstimate found = memory.methods.front();
+    found.bytes = std::numeric_limits<double>::infinity();
     for (const MemoryEstimate& each : memory.methods) {
       const bool counts = each.method == method && each.elimination == Elimination::points;
-      if (counts && (found == nullptr || each.bytes < found->bytes)) found = &each;
+      if (counts && each.bytes < found.bytes) found = each;
     }
-    return *found;
+    return found;
   };
   const MemoryEstimate direct = best(Method::lm_cholesky);
   const MemoryEstimate iterative = best(Method::tnm);

@@ -68,9 +68,9 @@ bool same_file(const std::string& a, const std::string& b) {
   if (a == "-" || b == "-") return a == b;
   std::error_code ignored;
   if (std::filesystem::equivalent(a, b, ignored)) return true;  // links too
-  const auto place = [&ignored](const std::string& path) {
-    const auto whole = std::filesystem::weakly_canonical(path, ignored);
-    return whole.empty() ? std::filesystem::path(path) : whole;
+  const auto place = [](const std::string& path) {
+    std::error_code none;
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, none), none);
   };
   return place(a) == place(b);
 }

@@ -27,25 +27,6 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 
 constexpr double tolerance = 1e-13;
 
-std::vector<BlockSystemOptions> systems() {
-  std::vector<BlockSystemOptions> list;
-  for (const int hub_size : {9, 6}) {
-    list.push_back({.seed = 1, .hub_size = hub_size});
-    list.push_back({.seed = 2, .hub_size = hub_size, .hubs = 1, .leaves = 1, .rows_per_leaf = 1});
-    list.push_back({.seed = 3, .hub_size = hub_size, .duplicates = 9});
-    list.push_back({.seed = 4,
-                    .hub_size = hub_size,
-                    .hubs = 7,
-                    .duplicates = 2,
-                    .unobserved_hubs = 2,
-                    .unobserved_leaves = 3,
-                    .poor_leaves = 2});
-    // Enough leaves for several pieces of work.
-    list.push_back({.seed = 5, .hub_size = hub_size, .hubs = 3, .leaves = 400, .duplicates = 5});
-  }
-  return list;
-}
-
 VectorXd random_vector(std::int64_t size, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   return VectorXd::NullaryExpr(size, [&] { return test::uniform(random); });
@@ -135,7 +116,7 @@ TEST_P(BlockProducts, SameBitsForAnyNumberOfThreads) {
   EXPECT_TRUE(products[0] == products[2]);
 }
 
-INSTANTIATE_TEST_SUITE_P(Systems, BlockProducts, ::testing::ValuesIn(systems()),
+INSTANTIATE_TEST_SUITE_P(Systems, BlockProducts, ::testing::ValuesIn(test::typical_systems()),
                          [](const auto& test) {
                            return "Hub" + std::to_string(test.param.hub_size) + "Seed" +
                                   std::to_string(test.param.seed);

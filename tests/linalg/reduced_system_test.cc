@@ -54,26 +54,6 @@ struct Oracle {
   VectorXd step;
 };
 
-std::vector<BlockSystemOptions> systems() {
-  std::vector<BlockSystemOptions> list;
-  for (const int hub_size : {9, 6}) {
-    list.push_back({.seed = 11, .hub_size = hub_size});
-    list.push_back({.seed = 12, .hub_size = hub_size, .hubs = 1, .leaves = 1, .rows_per_leaf = 1});
-    list.push_back({.seed = 13, .hub_size = hub_size, .duplicates = 11});
-    list.push_back({.seed = 14,
-                    .hub_size = hub_size,
-                    .hubs = 7,
-                    .leaves = 30,
-                    .duplicates = 2,
-                    .unobserved_hubs = 2,
-                    .unobserved_leaves = 3,
-                    .poor_leaves = 3});
-    list.push_back({.seed = 15, .hub_size = hub_size, .hubs = 3, .leaves = 200, .duplicates = 5});
-    list.push_back({.seed = 16, .hub_size = hub_size, .hubs = 12, .rows_per_leaf = 9});
-  }
-  return list;
-}
-
 using Parameter = std::tuple<BlockSystemOptions, std::optional<Side>>;
 
 class ReducedSystems : public ::testing::TestWithParam<Parameter> {
@@ -238,7 +218,7 @@ TEST_P(ReducedSystems, SameBitsForAnyNumberOfThreads) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Systems, ReducedSystems,
-                         ::testing::Combine(::testing::ValuesIn(systems()),
+                         ::testing::Combine(::testing::ValuesIn(test::typical_systems()),
                                             ::testing::Values(std::optional<Side>(),
                                                               std::optional<Side>(Side::leaves),
                                                               std::optional<Side>(Side::hubs))),

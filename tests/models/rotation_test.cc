@@ -178,7 +178,7 @@ TEST(Rotation, LongChainsStayConsistent) {
   }
   EXPECT_LE((exp(phi) - product).norm(), 1e-12);
   EXPECT_LE((exp(phi) * exp(phi).transpose() - Matrix3d::Identity()).norm(), 16 * epsilon);
-  for (auto step = steps.rbegin(); step != steps.rend(); ++step) phi = compose(phi, -*step);
+  for (std::size_t k = steps.size(); k-- > 0;) phi = compose(phi, -steps[k]);
   EXPECT_LE((phi - start).norm(), 1e-12);
 }
 

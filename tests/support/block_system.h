@@ -174,4 +174,25 @@ inline void write_dense(const Eigen::MatrixXd& values, linalg::SymmetricBlocks& 
   }
 }
 
+/// Systems of both hub sizes: ordinary, smallest, with duplicates, with unobserved and deficient
+/// blocks, and with enough leaves for several pieces of work.
+inline std::vector<BlockSystemOptions> typical_systems() {
+  std::vector<BlockSystemOptions> list;
+  for (const int hub_size : {9, 6}) {
+    list.push_back({.seed = 1, .hub_size = hub_size});
+    list.push_back({.seed = 2, .hub_size = hub_size, .hubs = 1, .leaves = 1, .rows_per_leaf = 1});
+    list.push_back({.seed = 3, .hub_size = hub_size, .duplicates = 11});
+    list.push_back({.seed = 4,
+                    .hub_size = hub_size,
+                    .hubs = 7,
+                    .duplicates = 2,
+                    .unobserved_hubs = 2,
+                    .unobserved_leaves = 3,
+                    .poor_leaves = 2});
+    list.push_back({.seed = 5, .hub_size = hub_size, .hubs = 3, .leaves = 400, .duplicates = 5});
+    list.push_back({.seed = 6, .hub_size = hub_size, .hubs = 12, .rows_per_leaf = 9});
+  }
+  return list;
+}
+
 }  // namespace raybundle::test
