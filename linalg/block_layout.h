@@ -7,7 +7,7 @@
 ///   row       a few residuals that belong together (one observation)
 ///   leaf      a small block of unknowns; its rows are stored together (a point)
 ///   hub       a block of unknowns that many leaves share (a camera)
-///   coupling  a (leaf, hub) pair that shares at least one row; it owns one block of E
+///   coupling  a (leaf, hub) pair that shares at least one row; it has one block of E
 /// The normal equations are H = [B E; E^T C] with B the hubs and C the leaves [Qu18, Eq. 3.45].
 /// Vectors of unknowns hold all hubs, then all leaves.
 namespace raybundle::linalg {
