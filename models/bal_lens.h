@@ -1,11 +1,9 @@
 #pragma once
 
-namespace raybundle {
-
 /// The BAL lens: p = -X_c.xy / X_c.z, u = f (1 + k1 |p|^2 + k2 |p|^4) p  [Qu18, Eq. 3.6, 3.7].
 /// Plain arithmetic that is always inlined, so that a unit compiled for an instruction set gets
 /// its own copy.
-namespace bal_lens {
+namespace raybundle::bal_lens {
 
 /// Pixel of a point in camera coordinates.
 [[gnu::always_inline]] inline void project(const double* lens, const double* X_c, double* u) {
@@ -44,5 +42,4 @@ namespace bal_lens {
   }
 }
 
-}  // namespace bal_lens
-}  // namespace raybundle
+}  // namespace raybundle::bal_lens
