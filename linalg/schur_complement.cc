@@ -142,8 +142,10 @@ void SchurComplement::require_pattern_memory() const {
       for_neighbours(a, seen, [&](std::int32_t) { ++blocks; });
     }
   }
-  const double size = layout_.block_size(kept_);
-  require_memory(blocks * (8 * size * size + 12),  // values, column and shift
+  // The least that any factorisation takes: a full matrix in dense storage, with its workspace, has
+  // 24 bytes per entry of the triangle (dense_cholesky.h); sparse storage has more.
+  const double entries = static_cast<double>(layout_.block_size(kept_)) * layout_.block_size(kept_);
+  require_memory(blocks * (24 * entries + 12),
                  "the reduced matrix of " + std::to_string(count) + " blocks");
 }
 
