@@ -17,6 +17,8 @@ namespace {
 using linalg::index;
 
 constexpr std::int64_t row_grain = 512;
+/// Rows that a loss weights at a time, while they are in the first-level cache.
+constexpr std::int64_t weighted_rows = 64;
 
 int hub_size(Lens lens) { return lens == Lens::free ? 9 : 6; }
 
@@ -28,14 +30,17 @@ double norm(const double* x, int size) {
 
 }  // namespace
 
-Objective::Objective(const Problem& problem, PoseUpdate update, Lens lens, linalg::ThreadPool& pool)
+Objective::Objective(const Problem& problem, PoseUpdate update, Lens lens, linalg::ThreadPool& pool,
+                     const RobustLoss& loss)
     : update_(update),
       lens_(lens),
+      loss_(loss),
       pool_(pool),
       kernels_(residual_kernels(update, lens)),
       fixed_camera_parameters_(problem.fixed_camera_parameters),
       fixed_points_(problem.fixed_points) {
   validate(problem);
+  validate(loss);
   check_fixed();
   sort_rows(problem);
   layout_ = linalg::make_layout({2, hub_size(lens), Problem::point_size}, problem.camera_count(),
@@ -115,24 +120,63 @@ ResidualInput Objective::input(const State& state) const {
           observed_.data()};
 }
 
+void Objective::set_loss_scale(double scale) {
+  RobustLoss loss = loss_;
+  loss.scale = scale;
+  validate(loss);
+  loss_ = loss;
+}
+
+double Objective::robust_cost(const ResidualInput& in, std::int64_t first,
+                              std::int64_t last) const {
+  std::array<double, index(2 * weighted_rows)> residual;
+  double sum = 0;
+  for (std::int64_t row = first; row < last; row += weighted_rows) {
+    const std::int64_t end = std::min(row + weighted_rows, last);
+    kernels_.residuals(in, residual.data(), row, end);
+    sum += robust_sum(loss_, residual.data(), end - row);
+  }
+  return 0.5 * sum;
+}
+
+double Objective::robust_linearize(const ResidualInput& in, const ResidualOutput& out,
+                                   std::int64_t first, std::int64_t last) const {
+  std::array<double, index(2 * weighted_rows)> factor;
+  double sum = 0;
+  for (std::int64_t row = first; row < last; row += weighted_rows) {
+    const std::int64_t end = std::min(row + weighted_rows, last);
+    const std::int64_t components = 2 * (end - row);
+    kernels_.linearize(in, out, row, end);
+    sum += robust_weights(loss_, out.residual + 2 * row, end - row, factor.data());
+    scale_rows(factor.data(), components, 1, out.residual + 2 * row);
+    scale_rows(factor.data(), components, layout_.hub_size, out.J_hub + 2 * row * layout_.hub_size);
+    scale_rows(factor.data(), components, layout_.leaf_size,
+               out.J_leaf + 2 * row * layout_.leaf_size);
+  }
+  return 0.5 * sum;
+}
+
 double Objective::cost(const State& state) {
   update_frames(state);
   const ResidualInput in = input(state);
-  return linalg::parallel_sum(
-      pool_, layout_.rows, row_grain,
-      [&](std::int64_t first, std::int64_t last) { return kernels_.cost(in, first, last); });
+  return linalg::parallel_sum(pool_, layout_.rows, row_grain,
+                              [&](std::int64_t first, std::int64_t last) {
+                                return loss_.kind == Loss::none ? kernels_.cost(in, first, last)
+                                                                : robust_cost(in, first, last);
+                              });
 }
 
 double Objective::linearize(const State& state, double* residual, linalg::BlockJacobian& J) {
   update_frames(state);
   const ResidualInput in = input(state);
   const ResidualOutput out = {residual, J.hub_blocks.data(), J.leaf_blocks.data()};
-  return linalg::parallel_sum(pool_, layout_.rows, row_grain,
-                              [&](std::int64_t first, std::int64_t last) {
-                                const double sum = kernels_.linearize(in, out, first, last);
-                                clear_fixed(first, last, J);
-                                return sum;
-                              });
+  return linalg::parallel_sum(
+      pool_, layout_.rows, row_grain, [&](std::int64_t first, std::int64_t last) {
+        const double sum = loss_.kind == Loss::none ? kernels_.linearize(in, out, first, last)
+                                                    : robust_linearize(in, out, first, last);
+        clear_fixed(first, last, J);
+        return sum;
+      });
 }
 
 // Unknowns that stay as they are have no derivative, hence no gradient and no step.

@@ -5,6 +5,7 @@
 #include <raybundle/models/pose.h>
 #include <raybundle/models/problem.h>
 #include <raybundle/models/residual_kernels.h>
+#include <raybundle/models/robust_loss.h>
 
 #include <vector>
 
@@ -25,18 +26,29 @@ class Objective {
  public:
   /// Copies what it needs of the problem. Throws InputError when the problem is inconsistent, or
   /// when it fixes a part of a pose that `update` cannot hold: a local update turns a rotation and
-  /// moves a translation as a whole, se3 only the whole pose.
-  Objective(const Problem& problem, PoseUpdate update, Lens lens, linalg::ThreadPool& pool);
+  /// moves a translation as a whole, se3 only the whole pose; or when the loss has no legal scale.
+  Objective(const Problem& problem, PoseUpdate update, Lens lens, linalg::ThreadPool& pool,
+            const RobustLoss& loss = {});
   Objective(const Objective&) = delete;  // others hold its layout
   Objective& operator=(const Objective&) = delete;
 
   const linalg::BlockLayout& layout() const { return layout_; }
   static State state_of(const Problem& problem) { return {problem.cameras, problem.points}; }
 
-  /// 1/2 sum |u - observed|^2 in pixels^2; not finite where the state cannot be projected.
+  double loss_scale() const { return loss_.scale; }  ///< pixels
+  /// Cost and derivatives are those of the new scale from here on. Throws InputError.
+  void set_loss_scale(double scale);
+
+  /// 1/2 sum rho(|u - observed|^2) in pixels^2, all of them plain squares where there is no loss;
+  /// not finite where the state cannot be projected, whatever the loss.
   double cost(const State& state);
 
-  /// The cost, the residuals (u - observed, two per row) and the Jacobian.
+  /// The cost, the residuals r (u - observed, two per row) and the Jacobian J. A loss multiplies
+  /// the rows of both by sqrt(weight), so that J^T r is the gradient of the cost and J^T J the
+  /// matrix of iteratively reweighted least squares [Qu18, Eq. 4.26, 4.27]. There is no term of
+  /// second order: rho is concave, so that the weighted squares of any state, moved to equal the
+  /// cost at this one, lie nowhere below the cost. Rows beyond the cut of a loss are exactly 0;
+  /// rows that cannot be projected are not finite, like the cost.
   double linearize(const State& state, double* residual, linalg::BlockJacobian& J);
 
   /// next = state moved by `step` (layout().unknowns() numbers). `next` must have its sizes.
@@ -53,9 +65,13 @@ class Objective {
   unsigned fixed_mask(std::int64_t camera) const;
   void clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const;
   ResidualInput input(const State& state) const;
+  double robust_cost(const ResidualInput& in, std::int64_t first, std::int64_t last) const;
+  double robust_linearize(const ResidualInput& in, const ResidualOutput& out, std::int64_t first,
+                          std::int64_t last) const;
 
   PoseUpdate update_;
   Lens lens_;
+  RobustLoss loss_;
   linalg::ThreadPool& pool_;
   const ResidualKernels& kernels_;
   linalg::BlockLayout layout_;

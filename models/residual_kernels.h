@@ -35,10 +35,14 @@ struct ResidualOutput {
   double* J_leaf;
 };
 
+/// Over rows [first, last).
 struct ResidualKernels {
-  /// 1/2 sum |u - observed|^2 over rows [first, last).
+  /// 1/2 sum |u - observed|^2.
   double (*cost)(const ResidualInput& in, std::int64_t first, std::int64_t last);
-  /// The same, and all of ResidualOutput.
+  /// u - observed, two numbers per row; that of row `first` goes to residual[0].
+  void (*residuals)(const ResidualInput& in, double* residual, std::int64_t first,
+                    std::int64_t last);
+  /// The cost, and all of ResidualOutput.
   double (*linearize)(const ResidualInput& in, const ResidualOutput& out, std::int64_t first,
                       std::int64_t last);
 };

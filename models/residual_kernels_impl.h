@@ -27,18 +27,26 @@ inline void cross(const double* a, const double* b, double* out) {
   out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
+inline void residual_of(const ResidualInput& in, Index row, double* residual) {
+  const CameraFrame& camera = in.cameras[in.row_camera[row]];
+  double X_c[3], u[2];
+  to_camera(camera, in.points + 3 * Index{in.row_point[row]}, X_c);
+  bal_lens::project(camera.lens, X_c, u);
+  for (int i = 0; i < 2; ++i) residual[i] = u[i] - in.observed[2 * row + i];
+}
+
 double cost(const ResidualInput& in, Index first, Index last) {
   double sum = 0;
   for (Index row = first; row < last; ++row) {
-    const CameraFrame& camera = in.cameras[in.row_camera[row]];
-    double X_c[3], u[2];
-    to_camera(camera, in.points + 3 * Index{in.row_point[row]}, X_c);
-    bal_lens::project(camera.lens, X_c, u);
-    const double dx = u[0] - in.observed[2 * row];
-    const double dy = u[1] - in.observed[2 * row + 1];
-    sum += dx * dx + dy * dy;
+    double d[2];
+    residual_of(in, row, d);
+    sum += d[0] * d[0] + d[1] * d[1];
   }
   return 0.5 * sum;
+}
+
+void residuals(const ResidualInput& in, double* residual, Index first, Index last) {
+  for (Index row = first; row < last; ++row) residual_of(in, row, residual + 2 * (row - first));
 }
 
 // The derivative of one residual by the pose, with a = its gradient by X_c and b = by the point.
@@ -89,7 +97,7 @@ double linearize(const ResidualInput& in, const ResidualOutput& out, Index first
 }
 
 template <PoseUpdate Update, Lens LensUse>
-constexpr ResidualKernels kernels_for = {&cost, &linearize<Update, LensUse>};
+constexpr ResidualKernels kernels_for = {&cost, &residuals, &linearize<Update, LensUse>};
 
 }  // namespace
 

@@ -14,9 +14,10 @@ namespace raybundle::test {
 /// An Objective at the state of a problem, with its Jacobian as a dense matrix.
 class DenseObjective {
  public:
-  DenseObjective(const Problem& problem, PoseUpdate update, Lens lens, int threads = 2)
+  DenseObjective(const Problem& problem, PoseUpdate update, Lens lens, int threads = 2,
+                 const RobustLoss& loss = {})
       : pool_(threads),
-        objective_(problem, update, lens, pool_),
+        objective_(problem, update, lens, pool_, loss),
         state_(Objective::state_of(problem)),
         J_(objective_.layout()),
         residual_(objective_.layout().residuals()) {

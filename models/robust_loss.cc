@@ -1,0 +1,156 @@
+#include <raybundle/models/robust_loss.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <raybundle/models/error.h>
+
+// Each loss is written such that neither a tiny nor a huge s loses digits or overflows on the way.
+namespace raybundle {
+namespace {
+
+struct None {
+  explicit None(double) {}
+  LossValue operator()(double s) const { return {s, 1}; }
+};
+
+struct Huber {
+  explicit Huber(double scale) : c(scale) {}
+  LossValue operator()(double s) const {
+    const double root = std::sqrt(s);
+    const bool inside = root <= c;
+    return {inside ? s : c * (2 * root - c), inside ? 1 : c / root};
+  }
+  double c;
+};
+
+struct SoftL1 {
+  explicit SoftL1(double scale) : c(scale) {}
+  LossValue operator()(double s) const {
+    const double root = std::sqrt(c * c + s);
+    return {s * (2 * c / (c + root)), c / root};
+  }
+  double c;
+};
+
+struct Cauchy {
+  explicit Cauchy(double scale) : c2(scale * scale) {}
+  LossValue operator()(double s) const { return {c2 * std::log1p(s / c2), c2 / (c2 + s)}; }
+  double c2;
+};
+
+struct GemanMcClure {
+  explicit GemanMcClure(double scale) : c2(scale * scale) {}
+  LossValue operator()(double s) const {
+    const double q = c2 / (c2 + s);
+    return {s * q, q * q};
+  }
+  double c2;
+};
+
+struct Tukey {
+  explicit Tukey(double scale) : c2(scale * scale) {}
+  LossValue operator()(double s) const {
+    const double x = s / c2;
+    const bool inside = x < 1;
+    return {inside ? s * (1 - x + x * x / 3) : c2 / 3, inside ? (1 - x) * (1 - x) : 0};
+  }
+  double c2;
+};
+
+struct Truncated {
+  explicit Truncated(double scale) : c2(scale * scale) {}
+  LossValue operator()(double s) const {
+    const bool inside = s <= c2;
+    return {inside ? s : c2, inside ? 1.0 : 0.0};
+  }
+  double c2;
+};
+
+/// 0 s is 0, but NaN where s is not finite.
+template <class Function>
+LossValue guarded(const Function& function, double s) {
+  const LossValue value = function(s);
+  return {value.rho + 0 * s, value.weight + 0 * s};
+}
+
+/// use(function) with the loss as a function object, so that loops over s choose it once.
+template <class Use>
+auto with_function(const RobustLoss& loss, const Use& use) {
+  switch (loss.kind) {
+    case Loss::none:
+      break;
+    case Loss::huber:
+      return use(Huber(loss.scale));
+    case Loss::soft_l1:
+      return use(SoftL1(loss.scale));
+    case Loss::cauchy:
+      return use(Cauchy(loss.scale));
+    case Loss::geman_mcclure:
+      return use(GemanMcClure(loss.scale));
+    case Loss::tukey:
+      return use(Tukey(loss.scale));
+    case Loss::truncated:
+      return use(Truncated(loss.scale));
+  }
+  return use(None(loss.scale));
+}
+
+/// sum rho over all rows; `keep(component, value)` gets what applies to each component.
+template <class Keep>
+double sum(const RobustLoss& loss, const double* residual, std::int64_t rows, const Keep& keep) {
+  return with_function(loss, [&](const auto& function) {
+    double total = 0;
+    if (loss.scope == LossScope::component) {
+      for (std::int64_t i = 0; i < 2 * rows; ++i) {
+        const LossValue value = guarded(function, residual[i] * residual[i]);
+        total += value.rho;
+        keep(i, value.weight);
+      }
+      return total;
+    }
+    for (std::int64_t i = 0; i < 2 * rows; i += 2) {
+      const double x = residual[i];
+      const double y = residual[i + 1];
+      const LossValue value = guarded(function, x * x + y * y);
+      total += value.rho;
+      keep(i, value.weight);
+      keep(i + 1, value.weight);
+    }
+    return total;
+  });
+}
+
+}  // namespace
+
+void validate(const RobustLoss& loss) {
+  if (loss.scale >= 1e-100 && loss.scale <= 1e100) return;
+  throw InputError("loss", 0, "a scale of " + std::to_string(loss.scale) + " pixels",
+                   "a number from 1e-100 to 1e100");
+}
+
+LossValue evaluate(const RobustLoss& loss, double s) {
+  return with_function(loss, [s](const auto& function) { return guarded(function, s); });
+}
+
+double robust_sum(const RobustLoss& loss, const double* residual, std::int64_t rows) {
+  return sum(loss, residual, rows, [](std::int64_t, double) {});
+}
+
+double robust_weights(const RobustLoss& loss, const double* residual, std::int64_t rows,
+                      double* root_weight) {
+  return sum(loss, residual, rows,
+             [root_weight](std::int64_t i, double weight) { root_weight[i] = std::sqrt(weight); });
+}
+
+void scale_rows(const double* factor, std::int64_t rows, int width, double* values) {
+  for (std::int64_t row = 0; row < rows; ++row) {
+    const double f = factor[row];
+    double* first = values + row * width;
+    // 0 times an infinite derivative would be NaN.
+    for (int k = 0; k < width; ++k) first[k] = f == 0 ? 0 : f * first[k];
+  }
+}
+
+}  // namespace raybundle
