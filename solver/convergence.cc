@@ -13,11 +13,11 @@ Convergence::Convergence(const Options& options, std::int64_t residuals)
                        std::sqrt(static_cast<double>(residuals))) {}
 
 std::optional<Termination> Convergence::test(const IterationRecord& record, double previous_cost,
-                                             double next_damping) {
+                                             const Next& next) {
   if (record.gradient_max <= options_.gradient_tolerance) return Termination::gradient_tolerance;
   if (record.iteration > 0) {
     const auto verdict = record.accepted ? test_accepted(record, previous_cost)
-                                         : test_rejected(record, next_damping);
+                                         : test_rejected(record, next);
     if (verdict) return verdict;
   }
   if (record.iteration >= options_.max_iterations) return Termination::max_iterations;
@@ -43,13 +43,16 @@ bool Convergence::is_flat(const IterationRecord& record, double share) const {
 }
 
 std::optional<Termination> Convergence::test_rejected(const IterationRecord& record,
-                                                      double next_damping) {
+                                                      const Next& next) {
   ++failures_;
   // After failures the damping alone makes the model promise little: then only rounding excuses.
   const double share =
       failures_ == 1 ? std::max(options_.function_tolerance, cost_resolution_) : cost_resolution_;
   if (is_flat(record, share)) return Termination::function_tolerance;
-  if (next_damping > options_.max_damping) return Termination::damping_limit;
+  if (options_.max_damping && next.damping > *options_.max_damping) {
+    return Termination::damping_limit;
+  }
+  if (options_.min_radius && next.radius < *options_.min_radius) return Termination::radius_limit;
   if (failures_ >= options_.max_consecutive_failures) return Termination::consecutive_failures;
   return std::nullopt;
 }
@@ -86,7 +89,11 @@ std::string Convergence::explain(Termination termination, const Summary& summary
       break;
     case Termination::damping_limit:
       text << "failed: no step lowers the cost, and the damping is at its limit "
-           << options.max_damping;
+           << options.max_damping.value_or(0);
+      break;
+    case Termination::radius_limit:
+      text << "failed: no step lowers the cost, and the trust region is at its limit "
+           << options.min_radius.value_or(0);
       break;
     case Termination::consecutive_failures:
       text << "failed: " << options.max_consecutive_failures << " rejected steps in a row";

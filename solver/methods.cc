@@ -9,13 +9,49 @@ namespace {
 
 constexpr std::array table = {
     // [Qu18, 3.2] "LMA-CD"
-    MethodTraits{Method::lm_cholesky, "lm-cholesky", "damped steps by Cholesky factorisation",
-                 InnerSolve::cholesky, Elimination::points, Preconditioner::identity,
-                 DiagonalMatrix::diag_h, DiagonalMatrix::identity, 0, 0},
+    MethodTraits{.method = Method::lm_cholesky,
+                 .name = "lm-cholesky",
+                 .help = "damped steps by Cholesky factorisation",
+                 .inner = InnerSolve::cholesky,
+                 .damping_matrix = DiagonalMatrix::diag_h},
     // [Qu18, Alg. 7, 8]; with preconditioner b it is the thesis' "BAL" [Agarwal10]
-    MethodTraits{Method::tnm, "tnm", "truncated Newton: damped steps by conjugate gradients",
-                 InnerSolve::pcg, Elimination::points, Preconditioner::block_diag_s,
-                 DiagonalMatrix::diag_h, DiagonalMatrix::identity, 0.1, 1000},
+    MethodTraits{.method = Method::tnm,
+                 .name = "tnm",
+                 .help = "truncated Newton: damped steps by conjugate gradients",
+                 .inner = InnerSolve::pcg,
+                 .preconditioner = Preconditioner::block_diag_s,
+                 .damping_matrix = DiagonalMatrix::diag_h},
+    // [Qu18, Alg. 3, 4, 5]
+    MethodTraits{.method = Method::inm,
+                 .name = "inm",
+                 .help = "inexact Newton: conjugate gradients within a trust region",
+                 .inner = InnerSolve::pcg,
+                 .damped = false,
+                 .bounded = true,
+                 .scaling = DiagonalMatrix::inc},
+    // [Qu18, Alg. 9]
+    MethodTraits{.method = Method::dinm,
+                 .name = "dinm",
+                 .help = "damped inexact Newton: damping and trust region",
+                 .inner = InnerSolve::pcg,
+                 .bounded = true,
+                 .scaling = DiagonalMatrix::inc},
+    // [Qu18, Alg. 10]
+    MethodTraits{.method = Method::adinm,
+                 .name = "adinm",
+                 .help = "adaptive dinm: eliminates the better conditioned side",
+                 .inner = InnerSolve::pcg,
+                 .bounded = true,
+                 .adaptive = true,
+                 .scaling = DiagonalMatrix::inc},
+    // [Qu18, Alg. 11]
+    MethodTraits{.method = Method::irls,
+                 .name = "irls",
+                 .help = "dinm on a robust loss",
+                 .inner = InnerSolve::pcg,
+                 .bounded = true,
+                 .scaling = DiagonalMatrix::inc,
+                 .loss = Loss::huber},
 };
 static_assert(table.size() == enum_count<Method>);
 

@@ -13,12 +13,18 @@ struct MethodTraits {
   const char* name;
   const char* help;
   InnerSolve inner;
-  Elimination elimination;        ///< what it eliminates unless told otherwise
-  Preconditioner preconditioner;  ///< what its inner iterations use (PCG only)
-  DiagonalMatrix damping_matrix;
-  DiagonalMatrix scaling;
-  double forcing;            ///< t of the PCG stop test
-  int max_inner_iterations;  ///< PCG only
+  bool damped = true;     ///< has a damping factor mu
+  bool bounded = false;   ///< has a trust region (PCG only)
+  bool adaptive = false;  ///< chooses the eliminated side in every iteration
+
+  // What it prefers where the user leaves the choice:
+  Preconditioner preconditioner = Preconditioner::identity;
+  DiagonalMatrix damping_matrix = DiagonalMatrix::identity;
+  DiagonalMatrix scaling = DiagonalMatrix::identity;
+  ForcingRule forcing_rule = ForcingRule::thesis;
+  double forcing = 0.1;
+  int max_inner_iterations = 1000;
+  Loss loss = Loss::none;
 };
 
 const MethodTraits& traits(Method method);

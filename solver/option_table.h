@@ -28,17 +28,25 @@ void visit_options(AnyOptions& o, Visit&& visit) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   visit(o.method, OptionInfo{"method", "optimisation method"});
   visit(o.elimination,
-        OptionInfo{"elimination", "side eliminated before the inner solve; auto: points"});
+        OptionInfo{"elimination", "side eliminated before the inner solve; auto: points, adinm: by condition"});
   visit(o.linear, OptionInfo{"linear", "solver of the (reduced) linear system; auto: by work"});
   visit(o.preconditioner,
-        OptionInfo{"preconditioner",
-                   "preconditioner of the inner iterations; auto: block-diag-s, or b"});
+        OptionInfo{"preconditioner", "preconditioner of the inner iterations; auto: by method"});
   visit(o.damping_matrix,
-        OptionInfo{"damping-matrix", "matrix that the damping multiplies; auto: diag-h"});
-  visit(o.scaling,
-        OptionInfo{"scaling", "scaling of the linear system's unknowns; auto: identity"});
+        OptionInfo{"damping-matrix", "matrix that the damping multiplies; auto: by method"});
+  visit(o.scaling, OptionInfo{"scaling",
+                              "scaling of the unknowns in the linear system and of the trust "
+                              "region; auto: by method"});
   visit(o.pose_update, OptionInfo{"pose-update", "how a pose takes a step"});
   visit(o.lens, OptionInfo{"lens", "whether f, k1, k2 are unknowns"});
+  visit(o.loss, OptionInfo{"loss", "robust loss; auto: none, irls: huber"});
+  visit(o.loss_scope,
+        OptionInfo{"loss-scope", "what the loss is of, |r| or each component; auto: observation"});
+  visit(o.loss_scale, OptionInfo{"loss-scale", "scale of the loss, pixels; auto: 1", 1e-100, 1e100});
+  visit(o.loss_start_scale,
+        OptionInfo{"loss-start-scale",
+                   "wider scale to start with, halved down to --loss-scale; auto: none", 1e-100,
+                   1e100});
   visit(o.max_iterations,
         OptionInfo{"max-iterations", "most iterations, rejected ones included", 0, 1e9});
   visit(o.time_limit, OptionInfo{"time-limit", "stop after this many seconds", 0, inf});
@@ -53,14 +61,28 @@ void visit_options(AnyOptions& o, Visit&& visit) {
   visit(o.max_consecutive_failures,
         OptionInfo{"max-consecutive-failures", "stop after this many rejected steps in a row", 1,
                    1e9});
-  visit(o.initial_damping, OptionInfo{"initial-damping", "damping mu at the start", 0, 1e32});
-  visit(o.min_damping, OptionInfo{"min-damping", "mu never falls below this", 0, 1e32});
-  visit(o.max_damping, OptionInfo{"max-damping", "stop when mu would rise above this", 0, inf});
+  visit(o.initial_damping,
+        OptionInfo{"initial-damping", "damping mu at the start; auto: by damping matrix", 0, 1e32});
+  visit(o.min_damping, OptionInfo{"min-damping", "mu never falls below this; auto: 1e-16", 0, 1e32});
+  visit(o.max_damping,
+        OptionInfo{"max-damping", "stop when mu would rise above this; auto: 1e32", 0, inf});
+  visit(o.initial_radius,
+        OptionInfo{"initial-radius",
+                   "trust-region radius at the start; auto: length of the first step", 1e-100, inf});
+  visit(o.min_radius,
+        OptionInfo{"min-radius", "stop when the radius would fall below this; auto: 1e-32", 0, inf});
   visit(o.max_inner_iterations,
         OptionInfo{"max-inner-iterations", "most PCG iterations per linear solve; auto: 1000", 1,
                    1e9});
-  visit(o.forcing,
-        OptionInfo{"forcing", "t in the PCG stop |r| <= min(t, |b|) |b|; auto: 0.1", 0, 1});
+  visit(o.forcing_rule,
+        OptionInfo{"forcing-rule", "what ends the inner iterations; auto: by method"});
+  visit(o.forcing, OptionInfo{"forcing", "t of the forcing rule; auto: by method", 0, 1});
+  visit(o.inc.rotation, OptionInfo{"inc-rotation", "increment of rotations, radians", 1e-100, 1e100});
+  visit(o.inc.translation, OptionInfo{"inc-translation", "increment of translations", 1e-100, 1e100});
+  visit(o.inc.focal, OptionInfo{"inc-focal", "increment of focal lengths, pixels", 1e-100, 1e100});
+  visit(o.inc.k1, OptionInfo{"inc-k1", "increment of k1", 1e-100, 1e100});
+  visit(o.inc.k2, OptionInfo{"inc-k2", "increment of k2", 1e-100, 1e100});
+  visit(o.inc.point, OptionInfo{"inc-point", "increment of points", 1e-100, 1e100});
   visit(o.threads, OptionInfo{"threads", "worker threads; 0 means all cores", 0, 1024});
 }
 
@@ -72,7 +94,7 @@ Enum parse_enum(const std::string& option, const std::string& text);
 template <class Enum>
 constexpr int enum_count = 0;
 template <>
-inline constexpr int enum_count<Method> = 2;
+inline constexpr int enum_count<Method> = 6;
 template <>
 inline constexpr int enum_count<Elimination> = 3;
 template <>
@@ -80,7 +102,13 @@ inline constexpr int enum_count<Linear> = 3;
 template <>
 inline constexpr int enum_count<Preconditioner> = 5;
 template <>
-inline constexpr int enum_count<DiagonalMatrix> = 2;
+inline constexpr int enum_count<DiagonalMatrix> = 3;
+template <>
+inline constexpr int enum_count<ForcingRule> = 4;
+template <>
+inline constexpr int enum_count<Loss> = 7;
+template <>
+inline constexpr int enum_count<LossScope> = 2;
 template <>
 inline constexpr int enum_count<PoseUpdate> = 3;
 template <>

@@ -6,6 +6,7 @@
 #include <array>
 #include <sstream>
 #include <type_traits>
+#include <utility>
 
 namespace raybundle {
 namespace {
@@ -38,28 +39,115 @@ void check_range(const std::optional<T>& value, const OptionInfo& info) {
   throw OptionError("--" + option + " has no effect: " + reason);
 }
 
-void refuse_ineffective(const Options& options, InnerSolve inner) {
-  const std::string method = std::string("method ") + name(options.method);
-  if (inner == InnerSolve::cholesky) {
-    const std::string reason = method + " has no inner iterations";
-    if (options.preconditioner) no_effect("preconditioner", reason);
-    if (options.forcing) no_effect("forcing", reason);
-    if (options.max_inner_iterations) no_effect("max-inner-iterations", reason);
-    if (options.linear == Linear::implicit_pcg) {
-      throw OptionError("--linear implicit-pcg: " + method + " factorises; use tnm");
+/// Refuses those of the named options that were given.
+template <class... Given>
+void refuse(const std::string& reason, const Given&... given) {
+  const auto check = [&](const auto& option) {
+    if (option.second) no_effect(option.first, reason);
+  };
+  (check(given), ...);
+}
+template <class T>
+std::pair<const char*, bool> given(const char* name, const std::optional<T>& value) {
+  return {name, value.has_value()};
+}
+
+void refuse_solver_choices(const Options& o, const MethodTraits& method) {
+  const std::string who = std::string("method ") + method.name;
+  if (method.inner == InnerSolve::cholesky) {
+    refuse(who + " has no inner iterations", given("preconditioner", o.preconditioner),
+           given("forcing", o.forcing), given("forcing-rule", o.forcing_rule),
+           given("max-inner-iterations", o.max_inner_iterations));
+    if (o.linear == Linear::implicit_pcg) {
+      throw OptionError("--linear implicit-pcg: " + who + " factorises; use tnm");
     }
     return;
   }
-  if (options.linear && *options.linear != Linear::implicit_pcg) {
-    throw OptionError(std::string("--linear ") + name(*options.linear) + ": " + method +
+  if (o.linear && *o.linear != Linear::implicit_pcg) {
+    throw OptionError(std::string("--linear ") + name(*o.linear) + ": " + who +
                       " iterates; use lm-cholesky");
   }
-  const bool schur = options.preconditioner == Preconditioner::diag_s ||
-                     options.preconditioner == Preconditioner::block_diag_s;
-  if (schur && options.elimination == Elimination::none) {
-    throw OptionError(std::string("--preconditioner ") + name(*options.preconditioner) +
+  const bool schur = o.preconditioner == Preconditioner::diag_s ||
+                     o.preconditioner == Preconditioner::block_diag_s;
+  if (schur && o.elimination == Elimination::none) {
+    throw OptionError(std::string("--preconditioner ") + name(*o.preconditioner) +
                       ": there is no Schur complement when nothing is eliminated; use diag-b or b");
   }
+  if (method.adaptive && o.elimination) {
+    throw OptionError(std::string("--elimination ") + name(*o.elimination) + ": " + who +
+                      " chooses the side in every iteration; use dinm");
+  }
+}
+
+void refuse_globalisation(const Options& o, const MethodTraits& method) {
+  const std::string who = std::string("method ") + method.name;
+  if (!method.damped) {
+    refuse(who + " has no damping", given("damping-matrix", o.damping_matrix),
+           given("initial-damping", o.initial_damping), given("min-damping", o.min_damping),
+           given("max-damping", o.max_damping));
+  }
+  if (!method.bounded) {
+    refuse(who + " has no trust region", given("initial-radius", o.initial_radius),
+           given("min-radius", o.min_radius));
+  }
+}
+
+void refuse_unused_matrices(const Options& effective, const Options& o) {
+  const bool inc = effective.scaling == DiagonalMatrix::inc ||
+                   effective.damping_matrix == DiagonalMatrix::inc;
+  if (!inc) {
+    refuse("neither scaling nor damping matrix is inc", given("inc-rotation", o.inc.rotation),
+           given("inc-translation", o.inc.translation), given("inc-focal", o.inc.focal),
+           given("inc-k1", o.inc.k1), given("inc-k2", o.inc.k2), given("inc-point", o.inc.point));
+  }
+  if (o.lens == Lens::fixed) {
+    refuse("the lenses are fixed", given("inc-focal", o.inc.focal), given("inc-k1", o.inc.k1),
+           given("inc-k2", o.inc.k2));
+  }
+  if (effective.loss == Loss::none) {
+    refuse("there is no loss", given("loss-scope", o.loss_scope), given("loss-scale", o.loss_scale),
+           given("loss-start-scale", o.loss_start_scale));
+  }
+}
+
+void check_order(const Options& effective) {
+  const auto ordered = [](const char* low, const char* high, const std::optional<double>& smaller,
+                          const std::optional<double>& larger) {
+    if (!smaller || !larger || *smaller <= *larger) return;
+    throw OptionError(std::string("--") + low + " is larger than --" + high);
+  };
+  ordered("min-damping", "max-damping", effective.min_damping, effective.max_damping);
+  ordered("initial-damping", "max-damping", effective.initial_damping, effective.max_damping);
+  ordered("min-radius", "initial-radius", effective.min_radius, effective.initial_radius);
+  ordered("loss-scale", "loss-start-scale", effective.loss_scale, effective.loss_start_scale);
+}
+
+void fill_inner(const MethodTraits& method, Options& o) {
+  // Without an elimination the undiminished blocks are the blocks of the system itself.
+  const bool schur = method.preconditioner == Preconditioner::diag_s ||
+                     method.preconditioner == Preconditioner::block_diag_s;
+  const bool nothing = o.elimination == Elimination::none;
+  o.preconditioner =
+      o.preconditioner.value_or(nothing && schur ? Preconditioner::b : method.preconditioner);
+  o.linear = Linear::implicit_pcg;
+  o.forcing_rule = o.forcing_rule.value_or(method.forcing_rule);
+  o.forcing = o.forcing.value_or(method.forcing);
+  o.max_inner_iterations = o.max_inner_iterations.value_or(method.max_inner_iterations);
+}
+
+void fill_damping(const MethodTraits& method, Options& o) {
+  o.damping_matrix = o.damping_matrix.value_or(method.damping_matrix);
+  const bool relative = *o.damping_matrix == DiagonalMatrix::diag_h;
+  o.initial_damping = o.initial_damping.value_or(relative ? 1e-4 : 1.0);
+  o.min_damping = o.min_damping.value_or(1e-16);
+  o.max_damping = o.max_damping.value_or(1e32);
+}
+
+void fill_loss(const MethodTraits& method, Options& o) {
+  o.loss = o.loss.value_or(method.loss);
+  if (*o.loss == Loss::none) return;
+  o.loss_scope = o.loss_scope.value_or(LossScope::observation);
+  o.loss_scale = o.loss_scale.value_or(1.0);
 }
 
 }  // namespace
@@ -72,36 +160,37 @@ const char* name(Linear value) {
 const char* name(Preconditioner value) {
   return pick(std::array{"identity", "diag-b", "b", "diag-s", "block-diag-s"}, value);
 }
-const char* name(DiagonalMatrix value) { return pick(std::array{"identity", "diag-h"}, value); }
+const char* name(DiagonalMatrix value) {
+  return pick(std::array{"identity", "inc", "diag-h"}, value);
+}
+const char* name(ForcingRule value) {
+  return pick(std::array{"thesis", "constant", "eisenstat-walker", "nash-sofer"}, value);
+}
+const char* name(Loss value) {
+  return pick(std::array{"none", "huber", "soft-l1", "cauchy", "geman-mcclure", "tukey",
+                         "truncated"},
+              value);
+}
+const char* name(LossScope value) { return pick(std::array{"observation", "component"}, value); }
 const char* name(PoseUpdate value) { return pick(std::array{"global", "local", "se3"}, value); }
 const char* name(Lens value) { return pick(std::array{"free", "fixed"}, value); }
 
 Options resolve(const Options& options) {
   visit_options(options,
                 [](const auto& value, const OptionInfo& info) { check_range(value, info); });
-  if (options.min_damping > options.max_damping) {
-    throw OptionError("--min-damping is larger than --max-damping");
-  }
-  if (options.initial_damping > options.max_damping) {
-    throw OptionError("--initial-damping is larger than --max-damping");
-  }
   const MethodTraits& method = traits(options.method);
-  refuse_ineffective(options, method.inner);
+  refuse_solver_choices(options, method);
+  refuse_globalisation(options, method);
 
   Options effective = options;
-  effective.elimination = options.elimination.value_or(method.elimination);
-  effective.damping_matrix = options.damping_matrix.value_or(method.damping_matrix);
+  if (!method.adaptive) effective.elimination = options.elimination.value_or(Elimination::points);
   effective.scaling = options.scaling.value_or(method.scaling);
-  if (method.inner == InnerSolve::pcg) {
-    // Without an elimination the undiminished blocks are the blocks of the system itself.
-    const bool nothing = *effective.elimination == Elimination::none;
-    effective.preconditioner =
-        options.preconditioner.value_or(nothing ? Preconditioner::b : method.preconditioner);
-    effective.linear = Linear::implicit_pcg;
-    effective.forcing = options.forcing.value_or(method.forcing);
-    effective.max_inner_iterations =
-        options.max_inner_iterations.value_or(method.max_inner_iterations);
-  }
+  if (method.inner == InnerSolve::pcg) fill_inner(method, effective);
+  if (method.damped) fill_damping(method, effective);
+  if (method.bounded) effective.min_radius = options.min_radius.value_or(1e-32);
+  fill_loss(method, effective);
+  refuse_unused_matrices(effective, options);
+  check_order(effective);
   return effective;
 }
 

@@ -2,6 +2,7 @@
 
 #include <raybundle/models/lens.h>
 #include <raybundle/models/pose.h>
+#include <raybundle/models/robust_loss.h>
 
 #include <limits>
 #include <optional>
@@ -10,7 +11,7 @@
 namespace raybundle {
 
 /// A row of the method table (solver/methods.h).
-enum class Method { lm_cholesky, tnm };
+enum class Method { lm_cholesky, tnm, inm, dinm, adinm, irls };
 /// Which side of the normal equations is eliminated before the inner solve.
 enum class Elimination { none, points, cameras };
 /// How the (reduced) linear system is solved.
@@ -18,20 +19,39 @@ enum class Linear { dense_cholesky, sparse_cholesky, implicit_pcg };
 /// Preconditioners of [Qu18, 3.3.5]; B and S are the undiminished and the Schur-reduced matrix of
 /// the side that is kept.
 enum class Preconditioner { identity, diag_b, b, diag_s, block_diag_s };
-/// The diagonal matrix that is added (damping) or that scales the unknowns.
-enum class DiagonalMatrix { identity, diag_h };
+/// The diagonal matrix that is added (damping) or that scales the unknowns: see
+/// solver/diagonal_matrix.h.
+enum class DiagonalMatrix { identity, inc, diag_h };
+/// What ends the inner iterations on A x = b, with t the forcing term:
+///   thesis            |A x - b| <= min(t, |b|) |b|                       [Qu18, Alg. 1, 3]
+///   constant          |A x - b| <= t |b|
+///   eisenstat-walker  |A x - b| <= eta |b|, eta <= t following the gradient [EisenstatWalker96]
+///   nash-sofer        the quadratic's decrease by one iteration is at most t of the mean so far
+///                     [NashSofer90]
+enum class ForcingRule { thesis, constant, eisenstat_walker, nash_sofer };
+
+/// The increments of the `inc` matrix, one per kind of parameter; empty: those of
+/// models/increments.h.
+struct IncrementOptions {
+  std::optional<double> rotation = {}, translation = {}, focal = {}, k1 = {}, k2 = {}, point = {};
+};
 
 /// Everything that shapes a solve; use designated initialisers. An empty optional means: as the
 /// method prefers. solver/option_table.h holds each option's name, range and help.
 struct Options {
   Method method = Method::lm_cholesky;
-  std::optional<Elimination> elimination = {};        ///< empty: points
+  std::optional<Elimination> elimination = {};        ///< empty: points; adinm switches
   std::optional<Linear> linear = {};                  ///< empty: by predicted work
-  std::optional<Preconditioner> preconditioner = {};  ///< tnm; empty: block_diag_s, b for none
-  std::optional<DiagonalMatrix> damping_matrix = {};  ///< empty: diag_h
-  std::optional<DiagonalMatrix> scaling = {};         ///< empty: identity
+  std::optional<Preconditioner> preconditioner = {};  ///< of the inner iterations
+  std::optional<DiagonalMatrix> damping_matrix = {};
+  std::optional<DiagonalMatrix> scaling = {};
   PoseUpdate pose_update = PoseUpdate::local;
   Lens lens = Lens::free;
+
+  std::optional<Loss> loss = {};              ///< empty: none; irls: huber
+  std::optional<LossScope> loss_scope = {};   ///< empty: observation
+  std::optional<double> loss_scale = {};      ///< pixels; empty: 1
+  std::optional<double> loss_start_scale = {};  ///< pixels; wide at first, halved down to loss_scale
 
   int max_iterations = 50;  ///< trial steps, rejected ones included
   double time_limit = std::numeric_limits<double>::infinity();  ///< seconds
@@ -40,12 +60,17 @@ struct Options {
   double parameter_tolerance = 1e-8;  ///< |step| over |block|, the largest of all blocks
   int max_consecutive_failures = 12;  ///< rejected steps in a row
 
-  double initial_damping = 1e-4;  ///< mu of [Qu18, Alg. 6]
-  double min_damping = 1e-16;
-  double max_damping = 1e32;
+  std::optional<double> initial_damping = {};  ///< mu of [Qu18, Alg. 6]
+  std::optional<double> min_damping = {};
+  std::optional<double> max_damping = {};
+  std::optional<double> initial_radius = {};  ///< empty: the length of the first step, taken freely
+  std::optional<double> min_radius = {};
 
-  std::optional<int> max_inner_iterations = {};  ///< tnm; empty: 1000
-  std::optional<double> forcing = {};            ///< tnm, t of [Qu18, Alg. 1]; empty: 0.1
+  std::optional<int> max_inner_iterations = {};
+  std::optional<ForcingRule> forcing_rule = {};
+  std::optional<double> forcing = {};  ///< t of the rule
+
+  IncrementOptions inc = {};
 
   int threads = 0;  ///< 0: all cores
 };
@@ -56,6 +81,9 @@ const char* name(Elimination value);
 const char* name(Linear value);
 const char* name(Preconditioner value);
 const char* name(DiagonalMatrix value);
+const char* name(ForcingRule value);
+const char* name(Loss value);
+const char* name(LossScope value);
 const char* name(PoseUpdate value);
 const char* name(Lens value);
 

@@ -1,6 +1,7 @@
 #include <raybundle/solver/solve.h>
 
 #include <raybundle/models/objective.h>
+#include <raybundle/solver/loss_schedule.h>
 #include <raybundle/solver/step.h>
 #include <raybundle/solver/trust_region.h>
 #include <raybundle/solver/working_memory.h>
@@ -18,7 +19,8 @@ Summary solve(Problem& problem, const Options& options, const Observer& observer
   linalg::require_memory(working_memory(problem, effective),
                          "solving " + std::to_string(problem.observation_count()) +
                              " observations by " + name(effective.method));
-  Objective objective(problem, effective.pose_update, effective.lens, pool);
+  Objective objective(problem, effective.pose_update, effective.lens, pool,
+                      robust_loss(effective));
   const auto steps = make_step_solver(effective, objective.layout(), pool);
   effective.linear = steps->linear();
 

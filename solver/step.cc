@@ -2,16 +2,15 @@
 
 #include <raybundle/solver/methods.h>
 
-#include <cmath>
-
 namespace raybundle {
 
 std::unique_ptr<StepSolver> make_step_solver(const Options& options,
                                              const linalg::BlockLayout& layout,
                                              linalg::ThreadPool& pool) {
-  return traits(options.method).inner == InnerSolve::pcg
-             ? make_pcg_step(options, layout, pool)
-             : make_cholesky_step(options, layout, pool);
+  const MethodTraits& method = traits(options.method);
+  if (method.inner == InnerSolve::cholesky) return make_cholesky_step(options, layout, pool);
+  if (method.adaptive) return make_adaptive_step(options, layout, pool);
+  return make_pcg_step(options, *options.elimination, layout, pool);
 }
 
 std::optional<linalg::Side> eliminated_side(Elimination elimination) {
@@ -24,15 +23,6 @@ std::optional<linalg::Side> eliminated_side(Elimination elimination) {
       break;
   }
   return std::nullopt;
-}
-
-void inverse_scaling(DiagonalMatrix scaling, const linalg::NormalEquations& normal,
-                     std::vector<double>& inverse) {
-  inverse.clear();
-  if (scaling == DiagonalMatrix::identity) return;
-  inverse.resize(normal.gradient.size());
-  normal.diagonal(min_diagonal, max_diagonal, inverse.data());
-  for (double& d : inverse) d = 1 / std::sqrt(d);
 }
 
 }  // namespace raybundle

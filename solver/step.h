@@ -1,26 +1,42 @@
 #pragma once
 
 #include <raybundle/linalg/reduced_system.h>
+#include <raybundle/solver/forcing.h>
 #include <raybundle/solver/options.h>
 
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace raybundle {
 
-struct StepReport {
-  bool solved = false;  ///< false: the system could not be factorised
-  int inner_iterations = 0;
+/// What a step is computed from.
+struct StepRequest {
+  linalg::Linearization at;
+  const double* damping;          ///< the diagonal mu D, all unknowns
+  const double* inverse_scaling;  ///< D^-1 of [Qu18, Eq. 3.94], all unknowns; null: the identity
+  double radius = std::numeric_limits<double>::infinity();  ///< |D p| of the unknowns solved for
+  InnerTolerance tolerance = {};                            ///< of inner iterations
 };
 
-/// Solves (H + D) p = -g, exactly or not.
+struct StepReport {
+  bool solved = false;  ///< false: the system could not be factorised, or broke down at once
+  int inner_iterations = 0;
+  bool on_boundary = false;  ///< the trust region cut the step
+  double length = 0;         ///< |D p| over the unknowns solved for; 0 where there is no region
+  Elimination eliminated = Elimination::points;
+  double condition_cameras = std::numeric_limits<double>::quiet_NaN();  ///< of the damped B, and
+  double condition_points = std::numeric_limits<double>::quiet_NaN();   ///< C; adinm only
+};
+
+/// Solves (H + mu D) p = -g, exactly or not, or minimises that quadratic within a trust region.
 class StepSolver {
  public:
   virtual ~StepSolver() = default;
 
-  /// `damping` is the diagonal D; `step` receives p for all unknowns.
-  virtual StepReport solve(const linalg::Linearization& at, const double* damping,
-                           double* step) = 0;
+  /// `step` receives p for all unknowns.
+  virtual StepReport solve(const StepRequest& request, double* step) = 0;
   virtual Linear linear() const = 0;
   /// What does the work, for people.
   virtual std::string description() const = 0;
@@ -35,19 +51,14 @@ std::unique_ptr<StepSolver> make_step_solver(const Options& options,
 std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
                                                const linalg::BlockLayout& layout,
                                                linalg::ThreadPool& pool);
-std::unique_ptr<StepSolver> make_pcg_step(const Options& options, const linalg::BlockLayout& layout,
+std::unique_ptr<StepSolver> make_pcg_step(const Options& options, Elimination elimination,
+                                          const linalg::BlockLayout& layout,
                                           linalg::ThreadPool& pool);
+std::unique_ptr<StepSolver> make_adaptive_step(const Options& options,
+                                               const linalg::BlockLayout& layout,
+                                               linalg::ThreadPool& pool);
 
 /// The side whose blocks an elimination removes.
 std::optional<linalg::Side> eliminated_side(Elimination elimination);
-
-/// 1 / D for the scaled unknowns D x of [Qu18, Eq. 3.94]; D^T D is the chosen matrix, as in
-/// [Qu18, Eq. 2.52]. Empty for the identity.
-void inverse_scaling(DiagonalMatrix scaling, const linalg::NormalEquations& normal,
-                     std::vector<double>& inverse);
-
-/// diag(H) is kept within these bounds wherever it damps or scales.
-constexpr double min_diagonal = 1e-6;
-constexpr double max_diagonal = 1e32;
 
 }  // namespace raybundle

@@ -16,23 +16,23 @@ std::optional<linalg::Cholesky::Storage> storage(std::optional<Linear> linear) {
 class CholeskyStep final : public StepSolver {
  public:
   CholeskyStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool)
-      : scaling_(*options.scaling),
+      : elimination_(*options.elimination),
         system_(make_reduced_system(layout, eliminated_side(*options.elimination), pool)),
         cholesky_(linalg::Cholesky::make(system_->pattern(), storage(options.linear), pool)),
         x_(index(system_->size())) {}
 
-  StepReport solve(const linalg::Linearization& at, const double* damping, double* step) override {
-    system_->prepare(at, damping);
+  StepReport solve(const StepRequest& request, double* step) override {
+    system_->prepare(request.at, request.damping);
     system_->assemble(cholesky_->matrix(), x_.data());
     for (double& x : x_) x = -x;
-    inverse_scaling(scaling_, *at.normal, inverse_);
-    if (!inverse_.empty()) scale_matrix();
-    if (!cholesky_->factor()) return {};
-    scale_vector();
+    const double* inverse = request.inverse_scaling;
+    if (inverse != nullptr) scale_matrix(inverse + system_->offset());
+    if (!cholesky_->factor()) return {.eliminated = elimination_};
+    if (inverse != nullptr) scale_vector(inverse + system_->offset());
     cholesky_->solve(x_.data());
-    scale_vector();
+    if (inverse != nullptr) scale_vector(inverse + system_->offset());
     system_->expand(x_.data(), step);
-    return {.solved = true};
+    return {.solved = true, .eliminated = elimination_};
   }
 
   Linear linear() const override {
@@ -43,10 +43,9 @@ class CholeskyStep final : public StepSolver {
 
  private:
   // A := D^-1 A D^-1  [Qu18, Alg. 7, line 3]
-  void scale_matrix() {
+  void scale_matrix(const double* s) {
     linalg::SymmetricBlocks& A = cholesky_->matrix();
     const linalg::SymmetricPattern& pattern = A.pattern();
-    const double* s = inverse_.data() + system_->offset();
     for (std::int64_t a = 0; a < pattern.blocks(); ++a) {
       for (std::int64_t i = 0; i < pattern.block_size(a); ++i) {
         double* row = A.row(a) + i * A.stride(a);
@@ -62,17 +61,14 @@ class CholeskyStep final : public StepSolver {
     }
   }
 
-  void scale_vector() {
-    if (inverse_.empty()) return;
-    const double* s = inverse_.data() + system_->offset();
+  void scale_vector(const double* s) {
     for (std::size_t i = 0; i < x_.size(); ++i) x_[i] *= s[i];
   }
 
-  DiagonalMatrix scaling_;
+  Elimination elimination_;
   std::unique_ptr<linalg::ReducedSystem> system_;
   std::unique_ptr<linalg::Cholesky> cholesky_;
   std::vector<double> x_;
-  std::vector<double> inverse_;
 };
 
 }  // namespace

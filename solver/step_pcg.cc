@@ -13,50 +13,75 @@ using linalg::index;
 
 constexpr double least_forcing = 1e-12;
 
-// The inexact step of [Qu18, Alg. 7]: conjugate gradients on the (reduced) system, whose matrix is
-// never formed.
+// The inexact step of [Qu18, Alg. 4, 7]: conjugate gradients, within a trust region or not, on the
+// (reduced) system, whose matrix is never formed. In the scaled unknowns x~ = D x the matrix is
+// D^-1 A D^-1 and the right side D^-1 b  [Qu18, Eq. 3.96-3.99]; the region bounds |x~|, which is that
+// of the unknowns solved for, since the others follow from them  [Qu18, Eq. 3.101].
 class PcgStep final : public StepSolver {
  public:
-  PcgStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool)
-      : options_(options),
+  PcgStep(const Options& options, Elimination elimination, const linalg::BlockLayout& layout,
+          linalg::ThreadPool& pool)
+      : elimination_(elimination),
+        preconditioner_kind_(*options.preconditioner),
+        max_iterations_(*options.max_inner_iterations),
         pool_(pool),
-        system_(make_reduced_system(layout, eliminated_side(*options.elimination), pool)),
+        system_(make_reduced_system(layout, eliminated_side(elimination), pool)),
         pcg_(system_->size(), pool),
         b_(index(system_->size())),
         x_(index(system_->size())) {}
 
-  StepReport solve(const linalg::Linearization& at, const double* damping, double* step) override {
-    system_->prepare(at, damping);
+  StepReport solve(const StepRequest& request, double* step) override {
+    system_->prepare(request.at, request.damping);
+    build_preconditioner();
+    inverse_ = request.inverse_scaling;
+    if (inverse_ != nullptr) {
+      inverse_ += system_->offset();
+      scaled_.resize(x_.size());
+    }
     system_->gradient(b_.data());
     for (double& b : b_) b = -b;
-    build_preconditioner();
-    inverse_scaling(*options_.scaling, *at.normal, inverse_);
     scale(b_.data());
-
-    // Stop at |r| <= min(t, |b|) |b|  [Qu18, Alg. 1, line 2], above what rounding allows.
-    const double norm = std::sqrt(linalg::dot(b_.data(), b_.data(), system_->size(), pool_));
-    const double tolerance = std::max(std::min(*options_.forcing, norm), least_forcing) * norm;
     const auto result = pcg_.solve([this](const double* x, double* y) { apply(x, y); },
                                    [this](const double* r, double* z) { precondition(r, z); },
-                                   b_.data(), tolerance, *options_.max_inner_iterations, x_.data());
+                                   b_.data(), stop(request), x_.data());
+    StepReport report;
+    report.eliminated = elimination_;
+    report.inner_iterations = result.iterations;
+    report.on_boundary = result.end == linalg::Pcg::End::boundary;
+    report.length = norm(x_);
+    // A breakdown after some progress still gives a step; one at the start gives none.
+    report.solved = result.end != linalg::Pcg::End::breakdown || result.iterations > 0;
     scale(x_.data());
     system_->expand(x_.data(), step);
-    // A breakdown after some progress still gives a step; one at the start gives none.
-    const bool solved = result.end != linalg::Pcg::End::breakdown || result.iterations > 0;
-    return {.solved = solved, .inner_iterations = result.iterations};
+    return report;
   }
 
   Linear linear() const override { return Linear::implicit_pcg; }
   std::string description() const override {
     return "conjugate gradients on the implicit system of order " +
-           std::to_string(system_->size()) + ", preconditioner " + name(*options_.preconditioner);
+           std::to_string(system_->size()) + ", preconditioner " + name(preconditioner_kind_);
   }
 
  private:
+  double norm(const std::vector<double>& x) const {
+    return std::sqrt(linalg::dot(x.data(), x.data(), system_->size(), pool_));
+  }
+
+  linalg::Pcg::Stop stop(const StepRequest& request) const {
+    const InnerTolerance& tolerance = request.tolerance;
+    const double b = norm(b_);
+    const double eta = tolerance.relative_residual;
+    const double relative = std::max(tolerance.by_norm ? std::min(eta, b) : eta, least_forcing);
+    return {.residual = relative * b,
+            .model_decrease = tolerance.model_decrease,
+            .max_iterations = max_iterations_,
+            .radius = request.radius};
+  }
+
   void build_preconditioner() {
     using Form = linalg::Preconditioner::Form;
     using Blocks = linalg::ReducedSystem::Blocks;
-    const Preconditioner kind = *options_.preconditioner;
+    const Preconditioner kind = preconditioner_kind_;
     if (kind == Preconditioner::identity) return preconditioner_.build(Form::identity, blocks_);
     const bool reduced = kind == Preconditioner::diag_s || kind == Preconditioner::block_diag_s;
     const bool diagonal = kind == Preconditioner::diag_b || kind == Preconditioner::diag_s;
@@ -64,10 +89,9 @@ class PcgStep final : public StepSolver {
     preconditioner_.build(diagonal ? Form::diagonal : Form::blocks, blocks_);
   }
 
-  // In the scaled unknowns D x the matrix is D^-1 A D^-1  [Qu18, Alg. 7, line 3].
   void apply(const double* x, double* y) {
-    if (inverse_.empty()) return system_->apply(x, y);
-    scaled_.assign(x, x + system_->size());
+    if (inverse_ == nullptr) return system_->apply(x, y);
+    std::copy_n(x, system_->size(), scaled_.data());
     scale(scaled_.data());
     system_->apply(scaled_.data(), y);
     scale(y);
@@ -75,28 +99,27 @@ class PcgStep final : public StepSolver {
 
   // The preconditioner is that of A, carried over to the scaled unknowns.
   void precondition(const double* r, double* z) {
-    if (inverse_.empty()) return preconditioner_.apply(r, z, system_->size(), pool_);
-    if (*options_.preconditioner == Preconditioner::identity) {
-      std::copy_n(r, system_->size(), z);
-      return;
+    const bool identity = preconditioner_kind_ == Preconditioner::identity;
+    if (inverse_ == nullptr || identity) {
+      return preconditioner_.apply(r, z, system_->size(), pool_);
     }
-    scaled_.assign(r, r + system_->size());
+    std::copy_n(r, system_->size(), scaled_.data());
     unscale(scaled_.data());
     preconditioner_.apply(scaled_.data(), z, system_->size(), pool_);
     unscale(z);
   }
 
   void scale(double* x) const {
-    if (inverse_.empty()) return;
-    const double* s = inverse_.data() + system_->offset();
-    for (std::int64_t i = 0; i < system_->size(); ++i) x[i] *= s[i];
+    if (inverse_ == nullptr) return;
+    for (std::int64_t i = 0; i < system_->size(); ++i) x[i] *= inverse_[i];
   }
   void unscale(double* x) const {
-    const double* s = inverse_.data() + system_->offset();
-    for (std::int64_t i = 0; i < system_->size(); ++i) x[i] /= s[i];
+    for (std::int64_t i = 0; i < system_->size(); ++i) x[i] /= inverse_[i];
   }
 
-  Options options_;
+  Elimination elimination_;
+  Preconditioner preconditioner_kind_;
+  int max_iterations_;
   linalg::ThreadPool& pool_;
   std::unique_ptr<linalg::ReducedSystem> system_;
   linalg::Pcg pcg_;
@@ -104,15 +127,16 @@ class PcgStep final : public StepSolver {
   linalg::DiagonalBlocks blocks_;
   std::vector<double> b_;
   std::vector<double> x_;
-  std::vector<double> inverse_;
   std::vector<double> scaled_;
+  const double* inverse_ = nullptr;  // D^-1 of the unknowns solved for; null: the identity
 };
 
 }  // namespace
 
-std::unique_ptr<StepSolver> make_pcg_step(const Options& options, const linalg::BlockLayout& layout,
+std::unique_ptr<StepSolver> make_pcg_step(const Options& options, Elimination elimination,
+                                          const linalg::BlockLayout& layout,
                                           linalg::ThreadPool& pool) {
-  return std::make_unique<PcgStep>(options, layout, pool);
+  return std::make_unique<PcgStep>(options, elimination, layout, pool);
 }
 
 }  // namespace raybundle

@@ -18,6 +18,7 @@ constexpr std::array table = {
     TerminationInfo{"time_limit", Outcome::limit_reached},
     TerminationInfo{"stopped", Outcome::interrupted},
     TerminationInfo{"damping_limit", Outcome::failed},
+    TerminationInfo{"radius_limit", Outcome::failed},
     TerminationInfo{"consecutive_failures", Outcome::failed},
     TerminationInfo{"bad_start", Outcome::failed},
 };

@@ -17,6 +17,7 @@ enum class Termination {
   time_limit,            ///< limit reached
   stopped,               ///< the observer asked for it
   damping_limit,         ///< the damping is at its limit and no step lowers the cost
+  radius_limit,          ///< the trust region is at its limit and no step lowers the cost
   consecutive_failures,  ///< too many rejected steps in a row
   bad_start,             ///< cost or gradient of the start is not finite
 };
@@ -39,10 +40,15 @@ struct IterationRecord {
   double step_norm = 0;           ///< Euclidean
   double relative_step = 0;       ///< largest, over blocks, of |step| / (|block| + tolerance)
   double rho = 0;                 ///< actual over predicted decrease [Qu18, Eq. 3.104]
-  double damping = 0;             ///< mu of this trial
-  double radius = 0;              ///< of the trust region; 0 where the method has none
+  double damping = 0;             ///< mu of this trial; 0 where the method has none
+  double radius = 0;              ///< of this trial's trust region; 0 where the method has none
+  double scaled_length = 0;       ///< |D p| that the radius bounds; 0 without a trust region
+  bool on_boundary = false;       ///< the trust region cut the step
   int inner_iterations = 0;
   Elimination eliminated = Elimination::none;
+  double condition_cameras = 0;   ///< of the damped block diagonal B; NaN where nobody asks for it
+  double condition_points = 0;    ///< of the damped block diagonal C; NaN likewise
+  double loss_scale = 0;          ///< pixels, of "cost"; 0 where there is no loss
   double seconds = 0;  ///< since the start of the solve
 };
 

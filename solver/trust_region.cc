@@ -1,17 +1,20 @@
-// The damped (trust-region) Gauss-Newton loop [Qu18, Alg. 8]. Per iteration, with H = J^T J,
-// g = J^T r and a diagonal damping matrix D:
+// The damped and bounded Gauss-Newton loop [Qu18, Alg. 5, 8-11]. Per iteration, with H = J^T J,
+// g = J^T r, a diagonal damping matrix D and a diagonal scaling D_s:
 //
-//   step         (H + mu D) p = -g, exactly or not
-//   model        m(p) = cost + g^T p + 1/2 p^T (H + mu D) p            [Qu18, Eq. 2.53]
+//   step         min m(p), exactly or not, subject to |D_s p| <= radius
+//   model        m(p) = cost + g^T p + 1/2 p^T (H + mu D) p            [Qu18, Eq. 3.105]
 //   rho          (cost - cost(x + p)) / (m(0) - m(p))                  [Qu18, Eq. 3.90]
-//   verdict      rho > 0: x := x + p; mu follows rho                   [Qu18, Alg. 6]
+//   verdict      rho > 0: x := x + p; mu [Qu18, Alg. 6] and radius [Qu18, Alg. 2] follow rho
 //
-// The thesis retries inside an iteration until a step is accepted, without bound; here every trial
-// is an iteration, and max_consecutive_failures and max_damping bound the retries.
+// A method without damping has mu = 0, one without a region an infinite radius. The thesis retries
+// inside an iteration until a step is accepted, without bound; here every trial is an iteration, and
+// max_consecutive_failures, max_damping and min_radius bound the retries. With a robust loss, r and
+// J are those of the reweighted problem [Qu18, Eq. 4.25-4.28], whose model has the cost's own slope.
 
 #include <raybundle/solver/trust_region.h>
 
 #include <raybundle/linalg/vector.h>
+#include <raybundle/solver/methods.h>
 
 #include <algorithm>
 #include <cmath>
@@ -65,9 +68,14 @@ TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::Thread
       damping_diagonal_(index(objective.layout().unknowns())),
       step_(index(objective.layout().unknowns())),
       J_step_(index(objective.layout().residuals())),
-      damping_(options.initial_damping, options.min_damping),
+      increments_(increments(options)),
+      forcing_(options.forcing_rule.value_or(ForcingRule::thesis), options.forcing.value_or(0)),
+      loss_(options),
       convergence_(options, objective.layout().residuals()) {
   summary_.options = options;
+  const MethodTraits& method = traits(options.method);
+  if (method.damped) damping_.emplace(*options.initial_damping, *options.min_damping);
+  if (method.bounded) radius_.emplace(options.initial_radius);
 }
 
 Summary TrustRegion::run(State& state) {
@@ -95,10 +103,13 @@ void TrustRegion::start() {
   begin_record();
   {
     const PhaseTimer timer(summary_.seconds.residual);
-    cost_ = objective_.cost(state_);
+    summary_.initial_cost = cost_ = objective_.cost(state_);
+    if (!loss_.is_final()) {
+      objective_.set_loss_scale(loss_.scale());
+      cost_ = objective_.cost(state_);
+    }
   }
   linearize();
-  summary_.initial_cost = cost_;
   record_.accepted = true;
   end_iteration();
   const bool finite = std::isfinite(cost_) && std::isfinite(record_.gradient_norm);
@@ -108,28 +119,41 @@ void TrustRegion::start() {
 void TrustRegion::begin_record() {
   IterationRecord next;
   next.iteration = record_.iteration + 1;
-  next.cost = cost_;
+  next.cost = previous_cost_ = cost_;
   next.candidate_cost = next.rho = std::numeric_limits<double>::quiet_NaN();
   next.gradient_norm = record_.gradient_norm;
   next.gradient_max = record_.gradient_max;
-  next.damping = damping_.mu();
-  next.eliminated = *summary_.options.elimination;
+  next.damping = damping_ ? damping_->mu() : 0;
+  next.radius = radius_ ? radius_->radius() : 0;
+  next.eliminated = summary_.options.elimination.value_or(Elimination::points);
+  next.condition_cameras = next.condition_points = std::numeric_limits<double>::quiet_NaN();
+  next.loss_scale = loss_.scale();
   record_ = next;
 }
 
 void TrustRegion::compute_step() {
   const PhaseTimer timer(summary_.seconds.linear);
   fill_damping();
-  const linalg::Linearization at = {&J_, &normal_, residual_.data()};
-  const StepReport report = steps_.solve(at, damping_diagonal_.data(), step_.data());
+  StepRequest request = {.at = {&J_, &normal_, residual_.data()},
+                         .damping = damping_diagonal_.data(),
+                         .inverse_scaling =
+                             inverse_scaling_.empty() ? nullptr : inverse_scaling_.data(),
+                         .tolerance = forcing_.tolerance()};
+  if (radius_) request.radius = radius_->radius();
+  const StepReport report = steps_.solve(request, step_.data());
   ++summary_.linear_solves;
   summary_.inner_iterations += report.inner_iterations;
   record_.inner_iterations = report.inner_iterations;
+  record_.on_boundary = report.on_boundary;
+  record_.scaled_length = report.length;
+  record_.eliminated = report.eliminated;
+  record_.condition_cameras = report.condition_cameras;
+  record_.condition_points = report.condition_points;
   step_valid_ = report.solved && step_is_finite();
 }
 
 void TrustRegion::fill_damping() {
-  const double mu = damping_.mu();
+  const double mu = damping_ ? damping_->mu() : 0;
   for (std::size_t i = 0; i < damping_diagonal_.size(); ++i) {
     damping_diagonal_[i] = mu * damping_matrix_[i];
   }
@@ -175,7 +199,8 @@ void TrustRegion::judge() {
     record_.rho = (cost_ - record_.candidate_cost) / record_.predicted_decrease;
   }
   record_.accepted = record_.rho > 0;
-  damping_.update(record_.rho);
+  if (damping_) damping_->update(record_.rho);
+  if (radius_) radius_->update(record_.rho, record_.on_boundary, record_.scaled_length);
   if (!record_.accepted) return;
   std::swap(state_, candidate_);
   cost_ = record_.candidate_cost;
@@ -186,34 +211,64 @@ void TrustRegion::linearize() {
   // The sum it returns is rounded differently; costs that are compared come from one function.
   static_cast<void>(objective_.linearize(state_, residual_.data(), J_));
   normal_.form(J_, residual_.data(), pool_);
-  if (summary_.options.damping_matrix == DiagonalMatrix::diag_h) {
-    normal_.diagonal(min_diagonal, max_diagonal, damping_matrix_.data());
+  if (damping_) {
+    fill_diagonal(*summary_.options.damping_matrix, increments_, normal_, damping_matrix_);
   }
+  fill_scaling();
   const auto unknowns = static_cast<std::int64_t>(normal_.gradient.size());
   const double* g = normal_.gradient.data();
   record_.cost = cost_;
   record_.gradient_norm = std::sqrt(linalg::dot(g, g, unknowns, pool_));
   record_.gradient_max = largest_magnitude(normal_.gradient);
+  forcing_.linearized(record_.gradient_norm);
+}
+
+void TrustRegion::fill_scaling() {
+  const DiagonalMatrix kind = *summary_.options.scaling;
+  if (kind == DiagonalMatrix::identity) return;
+  fill_diagonal(kind, increments_, normal_, inverse_scaling_);
+  for (double& d : inverse_scaling_) d = 1 / std::sqrt(d);
 }
 
 void TrustRegion::end_iteration() {
   record_.seconds = seconds();
-  const double previous = summary_.iterations.empty() ? cost_ : summary_.iterations.back().cost;
   summary_.iterations.push_back(record_);
   if (record_.accepted && record_.iteration > 0) ++summary_.accepted;
-  const auto verdict = convergence_.test(record_, previous, damping_.mu());
+  Convergence::Next next;
+  if (damping_) next.damping = damping_->mu();
+  if (radius_) next.radius = radius_->radius();
+  const auto verdict = convergence_.test(record_, previous_cost_, next);
   const bool asked = observer_ && observer_(record_) == Control::stop;
-  if (verdict) {
-    stop(*verdict);
-  } else if (asked) {
+  const bool at_limit = verdict && outcome(*verdict) == Outcome::limit_reached;
+  if (asked && !verdict) {
     stop(Termination::stopped);
+  } else if (verdict && (at_limit || loss_.is_final())) {
+    stop(*verdict);
+  } else if (record_.accepted || verdict) {
+    const double gain = (previous_cost_ - cost_) / previous_cost_;
+    if (record_.iteration > 0 && loss_.tighten(verdict ? 0 : gain)) tighten_loss();
   }
+}
+
+// The same state under a smaller scale: another cost, and another problem to linearise.
+void TrustRegion::tighten_loss() {
+  {
+    const PhaseTimer timer(summary_.seconds.residual);
+    objective_.set_loss_scale(loss_.scale());
+    cost_ = objective_.cost(state_);
+  }
+  convergence_.restart();
+  linearize();
 }
 
 void TrustRegion::stop(Termination termination) {
   stopped_ = true;
   summary_.termination = termination;
   summary_.message = Convergence::explain(termination, summary_);
+  if (!loss_.is_final()) {  // costs of the start and of the end are comparable
+    objective_.set_loss_scale(*summary_.options.loss_scale);
+    cost_ = objective_.cost(state_);
+  }
   summary_.final_cost = cost_;
   summary_.gradient_norm = record_.gradient_norm;
   summary_.seconds.total = seconds();

@@ -3,8 +3,12 @@
 #include <raybundle/models/objective.h>
 #include <raybundle/solver/convergence.h>
 #include <raybundle/solver/damping.h>
+#include <raybundle/solver/diagonal_matrix.h>
+#include <raybundle/solver/forcing.h>
+#include <raybundle/solver/loss_schedule.h>
 #include <raybundle/solver/solve.h>
 #include <raybundle/solver/step.h>
+#include <raybundle/solver/trust_radius.h>
 
 #include <chrono>
 #include <optional>
@@ -13,7 +17,7 @@
 namespace raybundle {
 
 /// The engine: one loop for every method. It owns all buffers, allocated once; a step solver
-/// proposes, the objective judges, and the damping learns from the verdict.
+/// proposes, the objective judges, and damping and radius learn from the verdict.
 class TrustRegion {
  public:
   using Clock = std::chrono::steady_clock;
@@ -33,10 +37,12 @@ class TrustRegion {
   void judge();
   void linearize();
   void end_iteration();
+  void tighten_loss();
   void stop(Termination termination);
 
   void begin_record();
   void fill_damping();
+  void fill_scaling();
   bool step_is_finite() const;
   double seconds() const;
 
@@ -53,12 +59,18 @@ class TrustRegion {
   linalg::NormalEquations normal_;
   std::vector<double> damping_matrix_;    // D
   std::vector<double> damping_diagonal_;  // mu D
+  std::vector<double> inverse_scaling_;   // D^-1 of the scaled unknowns; empty: the identity
   std::vector<double> step_;
   std::vector<double> J_step_;
 
-  Damping damping_;
+  std::optional<Damping> damping_;     // what the method has of these
+  std::optional<TrustRadius> radius_;  // two decides what it is
+  Increments increments_;
+  Forcing forcing_;
+  LossSchedule loss_;
   Convergence convergence_;
   double cost_ = 0;
+  double previous_cost_ = 0;  // before the current iteration
   bool step_valid_ = false;
   bool stopped_ = false;
   IterationRecord record_;

@@ -51,17 +51,25 @@ double conjugate_gradients(const Sizes& n, Elimination elimination) {
          7 * word * kept_unknowns(n, elimination);
 }
 
+double inner_solver(const Sizes& n, const Options& options, Elimination elimination) {
+  const bool pcg = traits(options.method).inner == InnerSolve::pcg;
+  return eliminated_side(n, elimination) + (pcg ? conjugate_gradients(n, elimination)
+                                                : word * kept_unknowns(n, elimination));
+}
+
 }  // namespace
 
 double working_memory(const Problem& problem, const Options& options) {
   const Sizes n = {static_cast<double>(problem.observation_count()),
                    static_cast<double>(problem.camera_count()),
                    static_cast<double>(problem.point_count())};
-  const Elimination elimination = *options.elimination;
-  const double inner = traits(options.method).inner == InnerSolve::pcg
-                           ? conjugate_gradients(n, elimination)
-                           : word * kept_unknowns(n, elimination);
-  return engine(n) + eliminated_side(n, elimination) + inner;
+  const double scaling =
+      options.scaling == DiagonalMatrix::identity ? 0 : word * n.unknowns();
+  const double inner = traits(options.method).adaptive
+                           ? inner_solver(n, options, Elimination::points) +
+                                 inner_solver(n, options, Elimination::cameras)
+                           : inner_solver(n, options, *options.elimination);
+  return engine(n) + scaling + inner;
 }
 
 }  // namespace raybundle

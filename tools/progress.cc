@@ -22,8 +22,9 @@ std::string cell(const char* format, int width, double value) {
 
 std::string ProgressTable::header() {
   std::array<char, 160> buffer;
-  std::snprintf(buffer.data(), buffer.size(), "%5s %13s %10s %10s %10s %9s %9s %6s %9s\n", "iter",
-                "cost", "decrease", "|gradient|", "|step|", "rho", "damping", "inner", "seconds");
+  std::snprintf(buffer.data(), buffer.size(), "%5s %13s %10s %10s %10s %9s %9s %9s %6s %9s\n",
+                "iter", "cost", "decrease", "|gradient|", "|step|", "rho", "damping", "radius",
+                "inner", "seconds");
   return buffer.data();
 }
 
@@ -37,7 +38,8 @@ std::string ProgressTable::row(const IterationRecord& record, double previous_co
   text += cell(" %*.2e", 10, record.gradient_norm);
   text += cell(" %*.2e", 10, start ? none : record.step_norm);
   text += cell(" %*.2e", 9, start ? none : record.rho);
-  text += cell(" %*.1e", 9, start ? none : record.damping);
+  text += cell(" %*.1e", 9, start || record.damping == 0 ? none : record.damping);
+  text += cell(" %*.1e", 9, start || record.radius == 0 ? none : record.radius);
   text += cell(" %*.0f", 6, start ? none : record.inner_iterations);
   text += cell(" %*.3f", 9, record.seconds);
   return text + (record.accepted ? "\n" : "  rejected\n");

@@ -60,8 +60,12 @@ Json iteration_json(const IterationRecord& record) {
           {"rho", record.rho},
           {"damping", record.damping},
           {"radius", record.radius},
+          {"on_boundary", record.on_boundary},
           {"inner_iterations", record.inner_iterations},
           {"eliminated", name(record.eliminated)},
+          {"condition_cameras", record.condition_cameras},
+          {"condition_points", record.condition_points},
+          {"loss_scale", record.loss_scale},
           {"seconds", record.seconds}};
 }
 
@@ -78,6 +82,8 @@ Json summary_json(const SolveRecord& record) {
   const int iterations = static_cast<int>(summary.iterations.size()) - 1;  // 0 is the start
   return {{"initial_cost", summary.initial_cost},
           {"final_cost", summary.final_cost},
+          {"initial_pixel_cost", record.before.cost},
+          {"pixel_cost", record.after.cost},
           {"initial_rmse", record.before.rmse},
           {"final_rmse", record.after.rmse},
           {"gradient_norm", summary.gradient_norm},

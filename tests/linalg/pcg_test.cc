@@ -43,7 +43,7 @@ struct Solved {
 };
 
 // With the preconditioner N^-1 given as a matrix.
-Solved solve(const MatrixXd& A, const VectorXd& b, double tolerance, int max_iterations,
+Solved solve(const MatrixXd& A, const VectorXd& b, const Pcg::Stop& stop,
              const MatrixXd& N_inverse) {
   const Eigen::Index n = b.size();
   ThreadPool pool(2);
@@ -54,9 +54,13 @@ Solved solve(const MatrixXd& A, const VectorXd& b, double tolerance, int max_ite
       Eigen::Map<VectorXd>(y, n) = M * Eigen::Map<const VectorXd>(x, n);
     };
   };
-  solved.result = pcg.solve(product(A), product(N_inverse), b.data(), tolerance, max_iterations,
-                            solved.x.data());
+  solved.result = pcg.solve(product(A), product(N_inverse), b.data(), stop, solved.x.data());
   return solved;
+}
+
+Solved solve(const MatrixXd& A, const VectorXd& b, double tolerance, int max_iterations,
+             const MatrixXd& N_inverse) {
+  return solve(A, b, {.residual = tolerance, .max_iterations = max_iterations}, N_inverse);
 }
 
 Solved solve(const MatrixXd& A, const VectorXd& b, double tolerance, int max_iterations) {
@@ -243,7 +247,7 @@ TEST_P(Preconditioners, ApplyTheInverseAndPcgConvergesWithEach) {
       const auto result = pcg.solve(
           [&](const double* in, double* out) { reduced_->apply(in, out); },
           [&](const double* in, double* out) { preconditioner.apply(in, out, v_.size(), pool_); },
-          v_.data(), 1e-12 * v_.norm(), 20000, x.data());
+          v_.data(), {.residual = 1e-12 * v_.norm(), .max_iterations = 20000}, x.data());
       EXPECT_LE((A_ * x - v_).norm(), 1e-10 * v_.norm());
       if (form != Form::identity) {
         const VectorXd s = A_.diagonal().cwiseSqrt();

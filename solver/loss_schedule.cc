@@ -1,0 +1,29 @@
+#include <raybundle/solver/loss_schedule.h>
+
+#include <algorithm>
+
+namespace raybundle {
+namespace {
+
+constexpr double slow = 0.05;  // a decrease by less of the cost: this scale has done its work
+
+}  // namespace
+
+LossSchedule::LossSchedule(const Options& options) {
+  if (*options.loss == Loss::none) return;
+  final_ = *options.loss_scale;
+  scale_ = options.loss_start_scale.value_or(final_);
+}
+
+bool LossSchedule::tighten(double relative_decrease) {
+  if (is_final() || relative_decrease > slow) return false;
+  scale_ = std::max(final_, 0.5 * scale_);
+  return true;
+}
+
+RobustLoss robust_loss(const Options& options) {
+  if (*options.loss == Loss::none) return {};
+  return {*options.loss, *options.loss_scope, *options.loss_scale};
+}
+
+}  // namespace raybundle

@@ -1,0 +1,94 @@
+// Condition numbers of block-diagonal matrices against dense eigenvalues.
+
+#include <raybundle/linalg/condition.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+
+#include <raybundle/tests/support/random_problem.h>
+
+namespace raybundle::linalg {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+struct Blocks {
+  std::vector<double> values, damping;
+  Eigen::MatrixXd dense;
+};
+
+Blocks random_blocks(int size, int count, unsigned seed) {
+  std::mt19937_64 random(seed);
+  Blocks blocks;
+  blocks.dense = Eigen::MatrixXd::Zero(size * count, size * count);
+  for (int b = 0; b < count; ++b) {
+    const RowMajor J =
+        RowMajor::NullaryExpr(size + 1, size, [&] { return test::uniform(random); }) *
+        std::pow(10.0, test::uniform(random));
+    const RowMajor H = J.transpose() * J;
+    blocks.values.insert(blocks.values.end(), H.data(), H.data() + H.size());
+    blocks.dense.block(b * size, b * size, size, size) = H;
+    for (int i = 0; i < size; ++i) {
+      blocks.damping.push_back(0.1 * (1 + test::uniform(random)));
+      blocks.dense(b * size + i, b * size + i) += blocks.damping.back();
+    }
+  }
+  return blocks;
+}
+
+double condition(const Blocks& blocks, int size, int threads = 2) {
+  ThreadPool pool(threads);
+  const auto count = static_cast<std::int64_t>(blocks.values.size()) / (size * size);
+  return condition_number(blocks.values.data(), size, count, blocks.damping.data(), pool);
+}
+
+TEST(Condition, IsThatOfTheDenseMatrix) {
+  for (const int size : {3, 6, 9}) {
+    for (const int count : {1, 5, 40}) {
+      const Blocks blocks = random_blocks(size, count, static_cast<unsigned>(size + count));
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(blocks.dense);
+      const double expected = eigen.eigenvalues().maxCoeff() / eigen.eigenvalues().minCoeff();
+      EXPECT_NEAR(condition(blocks, size), expected, 1e-9 * expected);
+    }
+  }
+}
+
+TEST(Condition, DoesNotDependOnTheThreads) {
+  const Blocks blocks = random_blocks(3, 1000, 7);
+  EXPECT_EQ(condition(blocks, 3, 1), condition(blocks, 3, 4));
+}
+
+TEST(Condition, UnknownsWithoutInformationAreLeftOut) {
+  const Blocks whole = random_blocks(3, 1, 9);
+  Blocks blocks = whole;
+  blocks.values.insert(blocks.values.end(), 9, 0.0);  // a point nobody sees
+  blocks.damping.insert(blocks.damping.end(), 3, 1e-12);
+  EXPECT_EQ(condition(blocks, 3), condition(whole, 3));
+  Blocks partly = whole;  // one coordinate held
+  for (const std::size_t k : {1U, 3U, 4U, 5U, 7U}) partly.values[k] = 0;
+  const double a = whole.values[0] + whole.damping[0], c = whole.values[8] + whole.damping[2];
+  const double b = whole.values[2];
+  const double root = std::sqrt(0.25 * (a - c) * (a - c) + b * b);
+  const double expected = (0.5 * (a + c) + root) / (0.5 * (a + c) - root);
+  EXPECT_NEAR(condition(partly, 3), expected, 1e-9 * expected);
+}
+
+TEST(Condition, SaysSoWhenThereIsNone) {
+  Blocks blocks = random_blocks(3, 2, 11);
+  blocks.damping.assign(6, 0.0);
+  for (std::size_t k = 0; k < 9; ++k) blocks.values[k] = 1;  // rank 1
+  EXPECT_GT(condition(blocks, 3), 1e15);
+  blocks.values[0] = std::numeric_limits<double>::quiet_NaN();
+  blocks.values[4] = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(condition(blocks, 3), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(condition({}, 3), 1) << "nothing at all";
+}
+
+}  // namespace
+}  // namespace raybundle::linalg
