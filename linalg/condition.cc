@@ -16,16 +16,6 @@ using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowM
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-struct Extremes {
-  double smallest = infinity;
-  double largest = -infinity;
-
-  void add(const Extremes& other) {
-    smallest = std::min(smallest, other.smallest);
-    largest = std::max(largest, other.largest);
-  }
-};
-
 // The rows and columns of one block that carry information, with their damping.
 Matrix informed(const double* block, int size, const double* damping) {
   std::array<int, 12> kept;
@@ -41,31 +31,31 @@ Matrix informed(const double* block, int size, const double* damping) {
   return A;
 }
 
-Extremes eigenvalues(const double* block, int size, const double* damping) {
+double condition(const double* block, int size, const double* damping) {
   const Matrix A = informed(block, size, damping);
-  if (A.rows() == 0) return {};
+  if (A.rows() == 0) return 1;
+  if (!A.allFinite()) return infinity;
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(A, Eigen::EigenvaluesOnly);
-  if (eigen.info() != Eigen::Success || !A.allFinite()) return {-infinity, infinity};
-  return {eigen.eigenvalues()[0], eigen.eigenvalues()[A.rows() - 1]};
+  const double smallest = eigen.eigenvalues()[0];
+  return smallest > 0 ? eigen.eigenvalues()[A.rows() - 1] / smallest : infinity;
 }
 
 }  // namespace
 
-double condition_number(const double* blocks, int size, std::int64_t count, const double* damping,
-                        ThreadPool& pool) {
-  std::array<Extremes, max_chunks> partial;
+double worst_condition(const double* blocks, int size, std::int64_t count, const double* damping,
+                       ThreadPool& pool) {
+  std::array<double, max_chunks> partial;
   const Chunks pieces = chunks(count, 64);
   pool.run(pieces.pieces, [&](std::int64_t piece) {
-    Extremes range;
+    double worst = 1;
     for (std::int64_t b = pieces.begin(piece); b < pieces.end(piece); ++b) {
-      range.add(eigenvalues(blocks + b * size * size, size, damping + b * size));
+      worst = std::max(worst, condition(blocks + b * size * size, size, damping + b * size));
     }
-    partial[index(piece)] = range;
+    partial[index(piece)] = worst;
   });
-  Extremes all;
-  for (std::int64_t i = 0; i < pieces.pieces; ++i) all.add(partial[index(i)]);
-  if (all.largest < all.smallest) return 1;
-  return all.smallest > 0 ? all.largest / all.smallest : infinity;
+  double worst = 1;
+  for (std::int64_t i = 0; i < pieces.pieces; ++i) worst = std::max(worst, partial[index(i)]);
+  return worst;
 }
 
 }  // namespace raybundle::linalg

@@ -28,6 +28,7 @@ constexpr std::array table = {
                  .inner = InnerSolve::pcg,
                  .damped = false,
                  .bounded = true,
+                 .preconditioner = Preconditioner::block_diag_s,
                  .scaling = DiagonalMatrix::inc},
     // [Qu18, Alg. 9]
     MethodTraits{.method = Method::dinm,
@@ -35,6 +36,7 @@ constexpr std::array table = {
                  .help = "damped inexact Newton: damping and trust region",
                  .inner = InnerSolve::pcg,
                  .bounded = true,
+                 .preconditioner = Preconditioner::block_diag_s,
                  .scaling = DiagonalMatrix::inc},
     // [Qu18, Alg. 10]
     MethodTraits{.method = Method::adinm,
@@ -43,6 +45,7 @@ constexpr std::array table = {
                  .inner = InnerSolve::pcg,
                  .bounded = true,
                  .adaptive = true,
+                 .preconditioner = Preconditioner::block_diag_s,
                  .scaling = DiagonalMatrix::inc},
     // [Qu18, Alg. 11]
     MethodTraits{.method = Method::irls,
@@ -50,6 +53,7 @@ constexpr std::array table = {
                  .help = "dinm on a robust loss",
                  .inner = InnerSolve::pcg,
                  .bounded = true,
+                 .preconditioner = Preconditioner::block_diag_s,
                  .scaling = DiagonalMatrix::inc,
                  .loss = Loss::huber},
 };

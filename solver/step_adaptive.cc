@@ -36,9 +36,9 @@ class AdaptiveStep final : public StepSolver {
 
  private:
   double condition(linalg::Side side, const StepRequest& request) const {
-    return linalg::condition_number(request.at.normal->blocks(side), layout_.block_size(side),
-                                    layout_.block_count(side),
-                                    request.damping + layout_.offset(side), pool_);
+    return linalg::worst_condition(request.at.normal->blocks(side), layout_.block_size(side),
+                                   layout_.block_count(side),
+                                   request.damping + layout_.offset(side), pool_);
   }
 
   // The radius is that of the cameras' step; points have a longer vector  [Qu18, Alg. 10, line 18].
