@@ -31,8 +31,9 @@ Similarity align(const std::vector<double>& from, const std::vector<double>& to)
 std::vector<double> distances(const Similarity& S, const std::vector<double>& from,
                               const std::vector<double>& to);
 
-/// Root of the mean square; 0 of nothing.
+/// Root of the mean square, and the (upper) median; 0 of nothing.
 double root_mean_square(const std::vector<double>& values);
+double median(std::vector<double> values);
 
 /// Camera centres P = -R_cw^T t_cw, three coordinates per camera.
 std::vector<double> camera_centres(const Problem& problem);
@@ -42,8 +43,11 @@ std::vector<double> camera_centres(const Problem& problem);
 struct TruthErrors {
   std::int64_t cameras = 0;  ///< that were compared
   std::int64_t points = 0;
-  double camera_rmse = 0;    ///< of the camera centres, also called ATE
-  double point_rmse = 0;     ///< of the points, after an alignment of their own
+  double camera_rmse = 0;  ///< of the camera centres, also called ATE
+  double point_rmse = 0;   ///< of the points, after an alignment of their own
+  /// Median distance of the points after the alignment of the cameras: a few points far off, which
+  /// settle size and value of point_rmse, do not change it.
+  double point_median = 0;
   double rotation_mean = 0;  ///< of the angles between the cameras' directions, degrees
   Similarity camera_alignment;
   Similarity point_alignment;

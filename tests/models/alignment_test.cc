@@ -154,6 +154,7 @@ TEST(Alignment, PlacesWithoutAShapeAreMovedOnly) {
   EXPECT_LE(rmse(align(one, random_points(3, 1)), one, random_points(3, 1)), 1e-15 * 10);
   EXPECT_EQ(align({}, {}).scale, 1);
   EXPECT_EQ(rmse({}, {}, {}), 0);
+  EXPECT_EQ(median({}), 0);
   // A square and the same square with neighbours exchanged: nothing in common along either side.
   const std::vector<double> square = {1, 1, 0, -1, 1, 0, -1, -1, 0, 1, -1, 0};
   const std::vector<double> unrelated = {1, 0, 0, -1, 0, 0, 1, 0, 0, -1, 0, 0};
@@ -223,6 +224,7 @@ TEST(Truth, OfAKnownError) {
   phi = so3::compose(phi, camera_turn * Vector3d(0, 0, 1));
   const TruthErrors errors = compare_with_truth(problem, truth);
   EXPECT_NEAR(errors.point_errors[7], 0.3, 0.01);
+  EXPECT_LE(errors.point_median, 0.03);
   EXPECT_NEAR(errors.point_rmse, 0.3 / std::sqrt(300), 1e-3);
   // One of four is turned; the best turn of the world is a quarter of that: 3/4 + 3 * 1/4 of it.
   const double degrees = camera_turn * 180 / 3.14159265358979323846;
@@ -238,6 +240,17 @@ TEST(Truth, RotationsDoNotNeedCentresOffALine) {
   const TruthErrors errors = compare_with_truth(in_frame(random_similarity(8), truth), truth);
   EXPECT_LE(errors.camera_rmse, 1e-12);
   EXPECT_LE(errors.rotation_mean, 1e-6);
+}
+
+// One point far off takes the points' alignment and RMSE with it; the median tells the rest.
+TEST(Truth, MedianStandsAFarPoint) {
+  const Problem truth = small_problem({.seed = 9, .cameras = 6, .points = 101});
+  Problem problem = truth;
+  for (std::size_t i = 0; i < 303; i += 3) problem.points[i] += 0.01;
+  problem.points[6] += 1e6;
+  const TruthErrors errors = compare_with_truth(problem, truth);
+  EXPECT_GT(errors.point_rmse, 0.1);
+  EXPECT_NEAR(errors.point_median, 0.01, 1e-9);
 }
 
 TEST(Truth, WhatNobodyObservesIsLeftOut) {
