@@ -1,6 +1,5 @@
 #include <raybundle/models/robust_loss.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 

@@ -26,6 +26,9 @@ struct RangeSums {
   std::int64_t behind = 0;
 };
 
+/// The larger one, or NaN where there is one.
+double larger(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
+
 class Reprojection {
  public:
   explicit Reprojection(const Problem& problem) : problem_(problem) {
@@ -52,35 +55,39 @@ class Reprojection {
     return result;
   }
 
- private:
-  /// The larger one, or NaN where there is one.
-  static double larger(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
+  /// |r|^2 of observation k; `behind` counts it when its point is behind its camera.
+  double squared_residual(std::int64_t k, std::int64_t& behind) const;
 
+ private:
   const double* camera(std::int64_t j) const {
     return &problem_.cameras[index(j * Problem::camera_size)];
   }
 
-  /// X_c = R_cw X + t_cw, p = -X_c.xy / X_c.z, u = f (1 + k1 |p|^2 + k2 |p|^4) p
-  /// [Qu18, Eq. 3.5-3.7].
   void add(std::int64_t k, RangeSums& sums) const {
-    const std::int64_t j = problem_.observation_camera[index(k)];
-    const std::int64_t i = problem_.observation_point[index(k)];
-    const double* c = camera(j);
-    const Map<const Vector3d> X(&problem_.points[index(i * Problem::point_size)]);
-    const Map<const Vector2d> observed(&problem_.observations[index(2 * k)]);
-    const Vector3d X_c = rotations_[index(j)] * X + Map<const Vector3d>(c + 3);
-    const Vector2d p = -X_c.head<2>() / X_c.z();
-    const double p2 = p.squaredNorm();
-    const Vector2d u = c[6] * (1 + p2 * (c[7] + p2 * c[8])) * p;
-    const double squared = (u - observed).squaredNorm();
+    const double squared = squared_residual(k, sums.behind);
     sums.squared += squared;
     sums.largest_squared = larger(squared, sums.largest_squared);
-    sums.behind += X_c.z() >= 0 ? 1 : 0;
   }
 
   const Problem& problem_;
   std::vector<Eigen::Matrix3d> rotations_;  // R_cw per camera
 };
+
+/// X_c = R_cw X + t_cw, p = -X_c.xy / X_c.z, u = f (1 + k1 |p|^2 + k2 |p|^4) p
+/// [Qu18, Eq. 3.5-3.7].
+double Reprojection::squared_residual(std::int64_t k, std::int64_t& behind) const {
+  const std::int64_t j = problem_.observation_camera[index(k)];
+  const std::int64_t i = problem_.observation_point[index(k)];
+  const double* c = camera(j);
+  const Map<const Vector3d> X(&problem_.points[index(i * Problem::point_size)]);
+  const Map<const Vector2d> observed(&problem_.observations[index(2 * k)]);
+  const Vector3d X_c = rotations_[index(j)] * X + Map<const Vector3d>(c + 3);
+  const Vector2d p = -X_c.head<2>() / X_c.z();
+  const double p2 = p.squaredNorm();
+  const Vector2d u = c[6] * (1 + p2 * (c[7] + p2 * c[8])) * p;
+  behind += X_c.z() >= 0 ? 1 : 0;
+  return (u - observed).squaredNorm();
+}
 
 }  // namespace
 
@@ -93,6 +100,33 @@ ReprojectionStatistics reprojection_statistics(const Problem& problem) {
   result.rmse = std::sqrt(sums.squared / static_cast<double>(count));
   result.largest = std::sqrt(sums.largest_squared);
   result.behind_camera = sums.behind;
+  return result;
+}
+
+ReprojectionBreakdown reprojection_breakdown(const Problem& problem) {
+  ReprojectionBreakdown result;
+  result.cameras.resize(index(problem.camera_count()));
+  result.points.resize(index(problem.point_count()));
+  // Squares until the end.
+  const auto add = [](ResidualSummary& summary, double squared) {
+    ++summary.observations;
+    summary.rmse += squared;
+    summary.largest = larger(squared, summary.largest);
+  };
+  const auto finish = [](ResidualSummary& summary) {
+    if (summary.observations == 0) return;
+    summary.rmse = std::sqrt(summary.rmse / static_cast<double>(summary.observations));
+    summary.largest = std::sqrt(summary.largest);
+  };
+  const Reprojection reprojection(problem);
+  std::int64_t behind = 0;
+  for (std::int64_t k = 0; k < problem.observation_count(); ++k) {
+    const double squared = reprojection.squared_residual(k, behind);
+    add(result.cameras[index(problem.observation_camera[index(k)])], squared);
+    add(result.points[index(problem.observation_point[index(k)])], squared);
+  }
+  std::for_each(result.cameras.begin(), result.cameras.end(), finish);
+  std::for_each(result.points.begin(), result.points.end(), finish);
   return result;
 }
 

@@ -20,6 +20,22 @@ struct ReprojectionStatistics {
 /// observes it.
 ReprojectionStatistics reprojection_statistics(const Problem& problem);
 
+/// The residuals of one camera, or of one point.
+struct ResidualSummary {
+  std::int64_t observations = 0;
+  double rmse = 0;     ///< as above, pixels; 0 without observations
+  double largest = 0;  ///< largest |u - observed|, pixels
+};
+
+/// Who has which residuals. Not finite where reprojection_statistics() is not.
+struct ReprojectionBreakdown {
+  std::vector<ResidualSummary> cameras;  ///< per camera
+  std::vector<ResidualSummary> points;   ///< per point
+};
+
+/// Of a valid problem, in one pass over the observations.
+ReprojectionBreakdown reprojection_breakdown(const Problem& problem);
+
 /// The shape of a problem: degrees, connectivity and how well the points are determined.
 /// The first_... members are indices, -1 where there is none.
 struct StructureStatistics {

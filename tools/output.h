@@ -10,6 +10,14 @@ namespace raybundle::tools {
 /// folder itself, may not be written, ... Leaves no trace. To be called before long work.
 void check_output(const std::string& output);
 
+/// Whether two names stand for one file, or both for standard output.
+bool same_file(const std::string& a, const std::string& b);
+
+/// A result must not replace what it was made from, and is never compressed: throws OptionError
+/// naming `option` for such an `output`, std::system_error as check_output() does. An empty name
+/// is no output, or no input.
+void check_result(const std::string& option, const std::string& output, const std::string& input);
+
 /// Where "-" stands for standard output, a name that stands for it elsewhere too.
 std::string output_path(const std::string& output);
 

@@ -86,6 +86,44 @@ TEST(ReprojectionStatistics, SumsWithFullPrecision) {
   EXPECT_NEAR(reprojection_statistics(problem).cost, expected, 1e-14 * expected);
 }
 
+TEST(ReprojectionBreakdown, AddsUpToTheWhole) {
+  const Problem problem = scenes::street({.seed = 2, .cameras = 8, .points = 200});
+  const ReprojectionStatistics whole = reprojection_statistics(problem);
+  const ReprojectionBreakdown parts = reprojection_breakdown(problem);
+  ASSERT_EQ(parts.cameras.size(), 8U);
+  ASSERT_EQ(parts.points.size(), 200U);
+  for (const auto& list : {parts.cameras, parts.points}) {
+    std::int64_t observations = 0;
+    double squares = 0, largest = 0;
+    for (const ResidualSummary& each : list) {
+      observations += each.observations;
+      squares += each.rmse * each.rmse * static_cast<double>(each.observations);
+      largest = std::max(largest, each.largest);
+      EXPECT_LE(each.rmse, each.largest * (1 + 1e-14));
+    }
+    EXPECT_EQ(observations, problem.observation_count());
+    EXPECT_NEAR(squares / 2, whole.cost, 1e-12 * whole.cost);
+    EXPECT_EQ(largest, whole.largest);
+  }
+}
+
+TEST(ReprojectionBreakdown, GivesToEachWhatIsItsOwn) {
+  Problem problem = row_of_cameras(3, 3);  // camera j projects point i to (i - j) / 10
+  observe(problem, 0, 0, 3, 4);            // 5 pixels
+  observe(problem, 1, 1, 0, 12);           // 12
+  observe(problem, 1, 0, -0.1, -5);        // 5
+  const ReprojectionBreakdown parts = reprojection_breakdown(problem);
+  EXPECT_EQ(parts.cameras[1].observations, 2);
+  EXPECT_NEAR(parts.cameras[1].rmse, std::sqrt(169.0 / 2), 1e-13);
+  EXPECT_NEAR(parts.cameras[1].largest, 12, 1e-13);
+  EXPECT_NEAR(parts.cameras[0].rmse, 5, 1e-13);
+  EXPECT_EQ(parts.points[0].observations, 2);
+  EXPECT_NEAR(parts.points[0].rmse, 5, 1e-13);
+  EXPECT_EQ(parts.cameras[2].observations, 0);
+  EXPECT_EQ(parts.cameras[2].rmse, 0);
+  EXPECT_EQ(parts.points[2].largest, 0);
+}
+
 TEST(StructureStatistics, CountsWhatIsThere) {
   Problem problem = row_of_cameras(6, 6);
   observe(problem, 0, 0);  // point 0: three cameras

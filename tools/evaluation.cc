@@ -1,0 +1,151 @@
+#include <raybundle/tools/evaluation.h>
+
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include <raybundle/models/io/atomic_file.h>
+#include <raybundle/models/io/text_writer.h>
+#include <raybundle/solver/option_table.h>
+#include <raybundle/tools/output.h>
+#include <raybundle/tools/report.h>
+#include <raybundle/version.h>
+
+namespace raybundle::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int schema = 1;
+constexpr std::array loss_names = {"none",          "huber", "soft-l1",  "cauchy",
+                                   "geman-mcclure", "tukey", "truncated"};
+constexpr std::array scope_names = {"observation", "component"};
+
+template <class Enum, std::size_t count>
+Enum parse(const char* option, const std::array<const char*, count>& names,
+           const std::string& text) {
+  std::string legal;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (text == names[i]) return static_cast<Enum>(i);
+    legal += (i == 0 ? "" : ", ") + std::string(names[i]);
+  }
+  throw OptionError(std::string(option) + ": '" + text + "' is none of " + legal);
+}
+
+Json loss_json(const RobustLoss& loss) {
+  if (loss.kind == Loss::none) return {};
+  return {{"kind", loss_name(loss.kind)}, {"scope", scope_name(loss.scope)}, {"scale", loss.scale}};
+}
+
+Json truth_json(const Evaluation& evaluation) {
+  if (!evaluation.truth) return {};
+  const TruthErrors& truth = *evaluation.truth;
+  return {{"source", evaluation.truth_source},
+          {"cameras", truth.cameras},
+          {"points", truth.points},
+          {"camera_rmse", truth.camera_rmse},
+          {"point_rmse", truth.point_rmse},
+          {"point_median", truth.point_median},
+          {"rotation_mean_degrees", truth.rotation_mean},
+          {"camera_scale", truth.camera_alignment.scale},
+          {"point_scale", truth.point_alignment.scale}};
+}
+
+std::string count_text(std::int64_t part, std::int64_t whole, const char* what) {
+  return format("%lld of %lld %s", static_cast<long long>(part), static_cast<long long>(whole),
+                what);
+}
+
+void write_csv(const std::string& output, std::string header,
+               const std::vector<ResidualSummary>& summaries, const std::vector<double>& places,
+               const std::vector<double>* errors) {
+  io::AtomicFile file(output_path(output));
+  header += ",observations,rmse,largest,x,y,z";
+  file.write(header + (errors == nullptr ? "\n" : ",error\n"));
+  io::TextWriter writer([&file](std::string_view text) { file.write(text); });
+  for (std::size_t i = 0; i < summaries.size(); ++i) {
+    writer.number(i, ',');
+    writer.number(summaries[i].observations, ',');
+    writer.number(summaries[i].rmse, ',');
+    writer.number(summaries[i].largest, ',');
+    writer.number(places[3 * i], ',');
+    writer.number(places[3 * i + 1], ',');
+    writer.number(places[3 * i + 2], errors == nullptr ? '\n' : ',');
+    if (errors != nullptr) writer.number((*errors)[i], '\n');
+  }
+  writer.flush();
+  file.commit();
+}
+
+}  // namespace
+
+const char* loss_name(Loss loss) { return loss_names[static_cast<std::size_t>(loss)]; }
+const char* scope_name(LossScope scope) { return scope_names[static_cast<std::size_t>(scope)]; }
+Loss parse_loss(const std::string& text) { return parse<Loss>("--loss", loss_names, text); }
+LossScope parse_scope(const std::string& text) {
+  return parse<LossScope>("--loss-scope", scope_names, text);
+}
+
+std::string evaluation_report(const Evaluation& evaluation) {
+  Table table;
+  table.add("cost", format("%.6e", evaluation.cost));
+  table.add("cost, all digits", exact_text(evaluation.cost));
+  if (evaluation.loss.kind != Loss::none) {
+    table.add("loss", format("%s of each %s, scale %g px", loss_name(evaluation.loss.kind),
+                             scope_name(evaluation.loss.scope), evaluation.loss.scale));
+    table.add("cost without loss", format("%.6e", evaluation.pixels.cost));
+  }
+  table.add("RMSE", format("%.9g px", evaluation.pixels.rmse));
+  table.add("largest residual", format("%.9g px", evaluation.pixels.largest));
+  table.add("behind cameras",
+            count_text(evaluation.pixels.behind_camera, evaluation.observations, "observations"));
+  if (evaluation.truth) {
+    const TruthErrors& truth = *evaluation.truth;
+    table.heading("against " + evaluation.truth_source + ", aligned:");
+    table.add("RMSE of camera centres", format("%.9g", truth.camera_rmse));
+    table.add("", count_text(truth.cameras, evaluation.cameras, "cameras"));
+    table.add("RMSE of points", format("%.9g", truth.point_rmse));
+    table.add("", count_text(truth.points, evaluation.points, "points"));
+    table.add("median of points", format("%.9g, aligned as the cameras", truth.point_median));
+    table.add("mean rotation error", format("%.9g degrees", truth.rotation_mean));
+  }
+  return evaluation.source + "\n" + table.text();
+}
+
+std::string evaluation_json(const Evaluation& evaluation) {
+  const Json json = {{"schema", schema},
+                     {"version", version},
+                     {"build", build_description},
+                     {"problem",
+                      {{"source", evaluation.source},
+                       {"cameras", evaluation.cameras},
+                       {"points", evaluation.points},
+                       {"observations", evaluation.observations}}},
+                     {"cost", evaluation.cost},
+                     {"pixel_cost", evaluation.pixels.cost},
+                     {"rmse", evaluation.pixels.rmse},
+                     {"largest", evaluation.pixels.largest},
+                     {"behind_cameras", evaluation.pixels.behind_camera},
+                     {"loss", loss_json(evaluation.loss)},
+                     {"truth", truth_json(evaluation)}};
+  // A file name need not be UTF-8; JSON must.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void write_cameras_csv(const std::string& output, const Problem& problem,
+                       const ReprojectionBreakdown& breakdown,
+                       const std::optional<TruthErrors>& truth) {
+  write_csv(output, "camera", breakdown.cameras, camera_centres(problem),
+            truth ? &truth->camera_errors : nullptr);
+}
+
+void write_points_csv(const std::string& output, const Problem& problem,
+                      const ReprojectionBreakdown& breakdown,
+                      const std::optional<TruthErrors>& truth) {
+  write_csv(output, "point", breakdown.points, problem.points,
+            truth ? &truth->point_errors : nullptr);
+}
+
+}  // namespace raybundle::tools
