@@ -19,24 +19,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int schema = 1;
-constexpr std::array loss_names = {"none",          "huber", "soft-l1",  "cauchy",
-                                   "geman-mcclure", "tukey", "truncated"};
-constexpr std::array scope_names = {"observation", "component"};
-
-template <class Enum, std::size_t count>
-Enum parse(const char* option, const std::array<const char*, count>& names,
-           const std::string& text) {
-  std::string legal;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (text == names[i]) return static_cast<Enum>(i);
-    legal += (i == 0 ? "" : ", ") + std::string(names[i]);
-  }
-  throw OptionError(std::string(option) + ": '" + text + "' is none of " + legal);
-}
 
 Json loss_json(const RobustLoss& loss) {
   if (loss.kind == Loss::none) return {};
-  return {{"kind", loss_name(loss.kind)}, {"scope", scope_name(loss.scope)}, {"scale", loss.scale}};
+  return {{"kind", name(loss.kind)}, {"scope", name(loss.scope)}, {"scale", loss.scale}};
 }
 
 Json truth_json(const Evaluation& evaluation) {
@@ -81,20 +67,13 @@ void write_csv(const std::string& output, std::string header,
 
 }  // namespace
 
-const char* loss_name(Loss loss) { return loss_names[static_cast<std::size_t>(loss)]; }
-const char* scope_name(LossScope scope) { return scope_names[static_cast<std::size_t>(scope)]; }
-Loss parse_loss(const std::string& text) { return parse<Loss>("--loss", loss_names, text); }
-LossScope parse_scope(const std::string& text) {
-  return parse<LossScope>("--loss-scope", scope_names, text);
-}
-
 std::string evaluation_report(const Evaluation& evaluation) {
   Table table;
   table.add("cost", format("%.6e", evaluation.cost));
   table.add("cost, all digits", exact_text(evaluation.cost));
   if (evaluation.loss.kind != Loss::none) {
-    table.add("loss", format("%s of each %s, scale %g px", loss_name(evaluation.loss.kind),
-                             scope_name(evaluation.loss.scope), evaluation.loss.scale));
+    table.add("loss", format("%s of each %s, scale %g px", name(evaluation.loss.kind),
+                             name(evaluation.loss.scope), evaluation.loss.scale));
     table.add("cost without loss", format("%.6e", evaluation.pixels.cost));
   }
   table.add("RMSE", format("%.9g px", evaluation.pixels.rmse));

@@ -24,13 +24,6 @@ struct Evaluation {
   std::optional<TruthErrors> truth;
 };
 
-/// The names of losses and scopes on the command line and in JSON.
-const char* loss_name(Loss loss);
-const char* scope_name(LossScope scope);
-/// Throw OptionError that lists the legal names.
-Loss parse_loss(const std::string& text);
-LossScope parse_scope(const std::string& text);
-
 /// A table.
 std::string evaluation_report(const Evaluation& evaluation);
 

@@ -1,0 +1,253 @@
+// raybundle generate: writes a synthetic scene as a problem to solve, with its truth beside it.
+
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
+#include <raybundle/models/error.h>
+#include <raybundle/models/io/bal.h>
+#include <raybundle/models/scenes/noise.h>
+#include <raybundle/models/scenes/presets.h>
+#include <raybundle/models/scenes/sphere.h>
+#include <raybundle/models/statistics.h>
+#include <raybundle/solver/option_table.h>
+#include <raybundle/tools/commands.h>
+#include <raybundle/tools/output.h>
+#include <raybundle/tools/report.h>
+
+namespace raybundle::tools {
+namespace {
+
+/// What was given on the command line; the defaults depend on the scene.
+struct Arguments {
+  std::string what;  // a kind or a preset
+  std::string output;
+  std::string truth;
+  std::uint64_t seed = 1;
+  std::optional<std::uint64_t> noise_seed;
+  std::optional<std::int64_t> cameras, points, observations;
+  std::optional<double> region;  // of some kinds only
+  std::optional<double> scale;   // of presets only
+  std::optional<double> pixel_noise, outliers;
+  std::optional<double> start_rotation, start_position, start_focal, start_point;
+};
+
+struct Recipe {
+  scenes::Scene scene;
+  scenes::NoiseOptions noise;
+  scenes::StartOptions start;
+};
+
+std::optional<scenes::Kind> kind_of(const std::string& word) {
+  for (const scenes::Kind kind : scenes::all_kinds) {
+    if (word == scenes::name(kind)) return kind;
+  }
+  return std::nullopt;
+}
+
+template <class Value>
+void take(const std::optional<Value>& given, Value& value) {
+  if (given) value = *given;
+}
+
+template <class Value>
+void refuse(const std::string& option, const std::optional<Value>& given, const std::string& why) {
+  if (given) throw OptionError(option + " has no effect: " + why);
+}
+
+template <class KindOptions>
+void take_counts(const Arguments& arguments, KindOptions& options) {
+  options.seed = arguments.seed;
+  take(arguments.cameras, options.cameras);
+  take(arguments.points, options.points);
+  take(arguments.observations, options.observations);
+}
+
+void check_kind_options(const Arguments& arguments, scenes::Kind kind) {
+  const std::string why = std::string("the scene is of the kind ") + scenes::name(kind);
+  if (kind != scenes::Kind::sphere) refuse("--region", arguments.region, why);
+  refuse("--scale", arguments.scale, "only presets have a size of their own");
+  if (arguments.observations.value_or(0) != 0) {
+    refuse("--region", arguments.region, "--observations decides what it is");
+  }
+}
+
+scenes::Scene scene_of(const Arguments& arguments, scenes::Kind kind) {
+  check_kind_options(arguments, kind);
+  scenes::SphereOptions options;
+  take_counts(arguments, options);
+  take(arguments.region, options.region);
+  return scenes::sphere_scene(options);
+}
+
+Recipe preset_recipe(const Arguments& arguments) {
+  const std::string why = arguments.what + " has counts of its own; --scale changes them";
+  refuse("--cameras", arguments.cameras, why);
+  refuse("--points", arguments.points, why);
+  refuse("--observations", arguments.observations, why);
+  refuse("--region", arguments.region, arguments.what + " is a preset");
+  const scenes::Preset preset =
+      scenes::resized(scenes::preset(arguments.what), arguments.scale.value_or(1));
+  return {scenes::preset_scene(preset, arguments.seed), preset.noise, preset.start};
+}
+
+Recipe recipe_of(const Arguments& arguments) {
+  const auto kind = kind_of(arguments.what);
+  Recipe recipe = kind ? Recipe{scene_of(arguments, *kind), {}, {}} : preset_recipe(arguments);
+  recipe.noise.seed = recipe.start.seed = arguments.noise_seed.value_or(arguments.seed);
+  take(arguments.pixel_noise, recipe.noise.pixel_noise);
+  take(arguments.outliers, recipe.noise.outlier_share);
+  take(arguments.start_rotation, recipe.start.rotation);
+  take(arguments.start_position, recipe.start.position);
+  take(arguments.start_focal, recipe.start.focal);
+  take(arguments.start_point, recipe.start.point);
+  return recipe;
+}
+
+/// scene.txt -> scene.truth.txt; nothing beside standard output.
+std::string truth_path(const Arguments& arguments) {
+  if (!arguments.truth.empty() || arguments.output == "-") return arguments.truth;
+  const std::filesystem::path output = arguments.output;
+  std::filesystem::path name = output.stem();
+  name += ".truth";
+  name += output.extension();
+  return (output.parent_path() / name).string();
+}
+
+void check_outputs(const std::string& output, const std::string& truth) {
+  std::error_code ignored;
+  const bool same = output == truth || std::filesystem::equivalent(output, truth, ignored);
+  if (same) throw OptionError("--output and --truth are the same: " + output);
+  check_output(output);
+  if (!truth.empty()) check_output(truth);
+}
+
+std::string report(const std::string& title, const Problem& start,
+                   const scenes::NoisyProblem& noisy, const std::string& truth) {
+  const StructureStatistics s = structure_statistics(start);
+  const ReprojectionStatistics before = reprojection_statistics(start);
+  const ReprojectionStatistics there = reprojection_statistics(noisy.problem);
+  const auto count = [](std::int64_t value) { return std::to_string(value); };
+  Table table;
+  table.add("cameras", count(s.cameras));
+  table.add("points", count(s.points));
+  table.add("observations", count(s.observations));
+  table.add("outliers", count(static_cast<std::int64_t>(noisy.outliers.size())));
+  table.add("track length", format("mean %.2f, longest %s observations of a point",
+                                   s.mean_track_length, count(s.longest_track).c_str()));
+  table.add("per camera",
+            format("fewest %s, most %s observations", count(s.fewest_observations).c_str(),
+                   count(s.most_observations).c_str()));
+  table.add("connectivity", s.components == 1 ? "one connected set of cameras"
+                                              : count(s.components) + " sets of cameras");
+  table.add("cost", format("%.6e at the start, %.6e at the truth", before.cost, there.cost));
+  table.add("RMSE", format("%.6g px at the start, %.6g px at the truth", before.rmse, there.rmse));
+  if (!truth.empty()) table.add("truth", truth);
+  return title + "\n" + table.text();
+}
+
+ExitCode run(const Arguments& arguments) {
+  const std::string truth = truth_path(arguments);
+  check_outputs(arguments.output, truth);
+  Problem start;
+  scenes::NoisyProblem noisy;
+  try {
+    Recipe recipe = recipe_of(arguments);
+    noisy = scenes::add_noise(recipe.scene, recipe.noise);
+    recipe.scene = {};  // the largest presets take a GB
+    start = scenes::perturb(noisy.problem, recipe.start);
+  } catch (const InputError& error) {  // whatever a scene is made from is an option here
+    throw OptionError(error.what());
+  }
+  io::write_bal(start, std::filesystem::path(output_path(arguments.output)));
+  if (!truth.empty()) io::write_bal(noisy.problem, std::filesystem::path(output_path(truth)));
+
+  const std::string text =
+      report(arguments.what + ", seed " + std::to_string(arguments.seed) + ": " + arguments.output,
+             start, noisy, truth);
+  if (arguments.output == "-" || truth == "-") {
+    std::fputs(text.c_str(), stderr);
+  } else {
+    print(text);
+  }
+  return ExitCode::usable;
+}
+
+std::string what_help() {
+  std::string kinds, names;
+  for (const scenes::Kind kind : scenes::all_kinds) {
+    kinds += (kinds.empty() ? "" : ", ") + std::string(scenes::name(kind));
+  }
+  for (const scenes::Preset& each : scenes::presets()) {
+    names += (names.empty() ? "" : ", ") + each.name;
+  }
+  return "A kind (" + kinds + ")\nor a preset (" + names + ")";
+}
+
+void add_scene_options(CLI::App& parser, Arguments& arguments) {
+  parser.add_option("--seed", arguments.seed, "Seed of scene, noise and start [1]")->type_name("N");
+  parser
+      .add_option("--noise-seed", arguments.noise_seed,
+                  "Seed of noise and start, for the same scene with others [that of the scene]")
+      ->type_name("N");
+  parser.add_option("--cameras", arguments.cameras, "Number of cameras [by kind]")->type_name("N");
+  parser.add_option("--points", arguments.points, "Number of points [by kind]")->type_name("N");
+  parser
+      .add_option("--observations", arguments.observations,
+                  "Number of observations; 0: what the geometry gives [0]")
+      ->type_name("N");
+  parser
+      .add_option("--region", arguments.region,
+                  "sphere: cameras stand within this angle of one direction, radians [0.6]")
+      ->type_name("X");
+  parser.add_option("--scale", arguments.scale, "Presets: multiply the counts by this [1]")
+      ->type_name("X");
+}
+
+void add_noise_options(CLI::App& parser, Arguments& arguments) {
+  const auto add = [&parser](const char* name, std::optional<double>& value, const char* help) {
+    parser.add_option(name, value, help)->type_name("X");
+  };
+  add("--pixel-noise", arguments.pixel_noise, "Standard deviation of the observations, pixels [1]");
+  add("--outliers", arguments.outliers, "Share of the observations, 0 to 1, that are wrong [0]");
+  add("--start-rotation", arguments.start_rotation,
+      "Deviation of the starting rotation vectors, radians [0.002]");
+  add("--start-position", arguments.start_position,
+      "... of the camera centres, relative to the depth of what they see [0.004]");
+  add("--start-focal", arguments.start_focal, "... of the focal lengths, relative [0.01]");
+  add("--start-point", arguments.start_point,
+      "... of the points, relative to their depth in the nearest camera [0.004]");
+}
+
+}  // namespace
+
+Command add_generate(CLI::App& program) {
+  CLI::App* parser =
+      program.add_subcommand("generate", "Make a synthetic scene, with its truth beside it");
+  auto arguments = std::make_shared<Arguments>();
+  parser->add_option("SCENE", arguments->what, what_help())->type_name("")->required();
+  parser
+      ->add_option("-o,--output", arguments->output,
+                   "Write the problem to solve here, as BAL; - is standard output")
+      ->type_name("OUT")
+      ->required();
+  parser
+      ->add_option("--truth", arguments->truth,
+                   "Write the true cameras and points here, with the same observations "
+                   "[OUT with .truth before its ending; none beside standard output]")
+      ->type_name("TRUTH");
+  add_scene_options(*parser, *arguments);
+  add_noise_options(*parser, *arguments);
+  return {parser, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace raybundle::tools
