@@ -32,6 +32,7 @@ struct Command {
 Command add_solve(CLI::App& program);
 Command add_info(CLI::App& program);
 Command add_eval(CLI::App& program);
+Command add_bench(CLI::App& program);
 Command add_version(CLI::App& program);
 
 /// Help of the INPUT argument of all subcommands.

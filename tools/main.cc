@@ -94,7 +94,8 @@ ExitCode run_program(int argc, char** argv) {
   program.require_subcommand(1);
   const std::vector<Command> commands = {
       raybundle::tools::add_solve(program), raybundle::tools::add_info(program),
-      raybundle::tools::add_eval(program), raybundle::tools::add_version(program)};
+      raybundle::tools::add_eval(program), raybundle::tools::add_bench(program),
+      raybundle::tools::add_version(program)};
   program.footer(std::string(options_footer) + footer);
   try {
     program.parse(argc, argv);
