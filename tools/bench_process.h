@@ -34,7 +34,7 @@ struct ProcessResult {
   bool interrupted = false;     ///< ended by us because of a signal that we got
   double seconds = 0;           ///< wall-clock time
   std::int64_t peak_bytes = 0;  ///< largest resident set
-  std::string output;           ///< what it printed, both streams, up to some thousand characters
+  std::string output = {};      ///< what it printed, both streams, up to some thousand characters
 };
 
 /// Runs a program to its end. This process sleeps meanwhile. The child gets no input and is killed

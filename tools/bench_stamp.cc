@@ -1,5 +1,7 @@
 #include <raybundle/tools/bench_stamp.h>
 
+#include <sys/stat.h>
+
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -35,15 +37,18 @@ std::uint64_t hash_of(std::istream& in) {
   return hash;
 }
 
-std::string last_line(std::string text) {
+/// What the program complained about: the last line, but the Ceres driver adds its options below.
+std::string complaint(std::string text) {
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-  const std::size_t at = text.rfind('\n');
-  return at == std::string::npos ? text : text.substr(at + 1);
+  std::size_t from = text.find("ceres_driver: ");
+  if (from == std::string::npos) from = text.rfind('\n') + 1;  // npos + 1 is 0
+  return text.substr(from, text.find('\n', from) - from);
 }
 
-/// Solvers say it in several ways when an allocation fails.
+/// Solvers say it in several ways when an allocation fails; the last is that of a thread's stack.
 bool speaks_of_memory(const std::string& output) {
-  for (const char* words : {"bad_alloc", "emory allocation", "not enough memory"}) {
+  for (const char* words :
+       {"bad_alloc", "emory allocation", "not enough memory", "Resource temporarily unavailable"}) {
     if (output.find(words) != std::string::npos) return true;
   }
   return false;
@@ -89,12 +94,14 @@ std::string run_stamp(const BenchProblem& problem, const BenchVariant& variant,
                       const std::string& processor) {
   std::string stamp = variant.solver == BenchSolver::ceres ? "ceres" : "raybundle";
   for (const std::string& word : variant.options) stamp += " '" + word + "'";
-  const auto time = fs::last_write_time(problem.file).time_since_epoch().count();
+  struct stat file {};
+  if (::stat(problem.file.c_str(), &file) != 0) {
+    throw std::system_error(errno, std::generic_category(), problem.file.string());
+  }
   stamp += format("; memory limit %llu", static_cast<unsigned long long>(arguments.memory_limit));
   stamp += "; program " + program.hash;
-  stamp += format("; problem of %llu bytes, time %lld",
-                  static_cast<unsigned long long>(fs::file_size(problem.file)),
-                  static_cast<long long>(time));
+  stamp += format("; problem of %lld bytes, time %lld.%09ld", static_cast<long long>(file.st_size),
+                  static_cast<long long>(file.st_mtim.tv_sec), file.st_mtim.tv_nsec);
   return stamp + "; on " + processor;
 }
 
@@ -108,7 +115,7 @@ RunOutcome judge(const ProcessResult& result, BenchSolver solver, bool has_log,
   outcome.wall_seconds = result.seconds;
   outcome.peak_bytes = result.peak_bytes;
   if (outcome.status == RunStatus::ok || outcome.status == RunStatus::failed) return outcome;
-  outcome.message = last_line(result.output);
+  outcome.message = complaint(result.output);
   if (outcome.message.empty()) outcome.message = describe(result);
   return outcome;
 }

@@ -39,22 +39,6 @@ std::string head(const std::string& name, const auto& plot) {
          "set grid linewidth 0.4 linecolor '#dddddd'\n";
 }
 
-std::string log_axes(bool log_x, bool log_y) {
-  std::string text;
-  if (log_x) text += "set logscale x\nset format x '%.0e'\n";
-  if (log_y) text += "set logscale y\nset format y '%.0e'\n";
-  return text;
-}
-
-/// A format of powers of ten is of no use where an axis spans less than one.
-void plain_when_narrow(std::string& text, char axis, double low, double high) {
-  if (!(high < 30 * low) && high <= 1e4 && low >= 1e-2) {
-    text += format("set format %c '%%g'\n", axis);
-  } else if (high < 30 * low) {
-    text += format("set format %c '%%.4g'\n", axis);
-  }
-}
-
 struct Range {
   double low = INFINITY, high = -INFINITY;
   void include(double value) {
@@ -62,6 +46,9 @@ struct Range {
     high = std::max(high, value);
   }
 };
+
+/// Below a decade a logarithmic axis has hardly a tic, and shows nothing that a linear one does not.
+bool worth_log(const Range& range) { return range.high >= 10 * range.low; }
 
 bool can_show(double value, bool log) { return std::isfinite(value) && (!log || value > 0); }
 
@@ -149,23 +136,25 @@ std::string plot_script(const std::string& name, const LinePlot& plot) {
     for (const double value : curve.y) y.include(value);
     curves.push_back(std::move(curve));
   }
-  std::string text = head(name, plot) + log_axes(plot.log_x, plot.log_y);
-  if (curves.empty()) return text + "unset logscale\n" + nothing_to_show();
-  if (plot.log_x) plain_when_narrow(text, 'x', x.low, x.high);
-  if (plot.log_y) plain_when_narrow(text, 'y', y.low, y.high);
-  text += "set key outside right top vertical Left reverse samplen 2\n";
+  std::string text = head(name, plot);
+  if (curves.empty()) return text + nothing_to_show();
+  if (plot.log_x && worth_log(x)) text += "set logscale x\n";
+  if (plot.log_y && worth_log(y)) text += "set logscale y\n";
+  text +=
+      "set format '%g'\nset autoscale xfix\n"
+      "set key outside right top vertical Left reverse samplen 2\n";
   if (plot.steps) text += "set yrange [0:1.02]\n";
   return text + curves_text(plot, curves);
 }
 
 std::string plot_script(const std::string& name, const Histogram& plot) {
-  std::string text = head(name, plot) + log_axes(false, plot.log_y);
+  std::string text = head(name, plot);
   Range range;
   for (const double value : plot.values) {
     if (std::isfinite(value)) range.include(value);
   }
   if (!(range.low <= range.high) || plot.bins < 1) {
-    return text + "unset logscale\n" + nothing_to_show();
+    return text + nothing_to_show();
   }
   const double span = range.high - range.low;
   const double width = span > 0 ? span / plot.bins : 1;
@@ -176,7 +165,7 @@ std::string plot_script(const std::string& name, const Histogram& plot) {
     ++counts[std::min(bin, counts.size() - 1)];
   }
   text += format("set boxwidth %.6g absolute\nset style fill solid 0.7 noborder\n", width);
-  text += plot.log_y ? "set yrange [0.5:*]\n" : "set yrange [0:*]\n";
+  text += plot.log_y ? "set logscale y\nset yrange [0.5:*]\n" : "set yrange [0:*]\n";
   text += "$d0 << END\n";
   for (std::size_t bin = 0; bin < counts.size(); ++bin) {
     if (counts[bin] == 0) continue;

@@ -11,30 +11,30 @@ namespace raybundle::tools {
 /// A curve. Whatever an axis cannot show (not finite, not positive on a logarithmic one) is left
 /// out. Long curves are thinned to what a plot can resolve.
 struct Series {
-  std::string name;
-  std::vector<double> x;
-  std::vector<double> y;  ///< as many as x
+  std::string name = {};
+  std::vector<double> x = {};
+  std::vector<double> y = {};  ///< as many as x
   bool dashed = false;
 };
 
 struct LinePlot {
-  std::string title;
-  std::string x_label;
-  std::string y_label;
+  std::string title = {};
+  std::string x_label = {};
+  std::string y_label = {};
   bool log_x = false;
   bool log_y = false;
   bool steps = false;  ///< the value holds until the next one, as in a distribution
-  std::vector<Series> series;
+  std::vector<Series> series = {};
 };
 
 /// How often values fall into `bins` intervals of the same width between the least and the largest.
 struct Histogram {
-  std::string title;
-  std::string x_label;
-  std::string y_label;
+  std::string title = {};
+  std::string x_label = {};
+  std::string y_label = {};
   int bins = 50;
   bool log_y = false;
-  std::vector<double> values;
+  std::vector<double> values = {};
 };
 
 /// Short lines from (x0, y0) to (x1, y1), such as reprojection errors in an image; both axes have
@@ -43,11 +43,11 @@ struct SegmentPlot {
   struct Segment {
     double x0, y0, x1, y1;
   };
-  std::string title;
-  std::string x_label;
-  std::string y_label;
+  std::string title = {};
+  std::string x_label = {};
+  std::string y_label = {};
   std::size_t most = 2000;  ///< of more, every n-th is shown, and the title says so
-  std::vector<Segment> segments;
+  std::vector<Segment> segments = {};
 };
 
 /// The script of a plot; running it writes `name`.svg into the working folder. Pure functions.
