@@ -3,8 +3,7 @@
 #include <vector>
 
 /// How solvers are compared on many problems: performance profiles [DolanMore02, Sec. 2] with the
-/// convergence test for solvers that improve gradually, as bundle adjustment papers use them
-/// [Kushal12, Sec. 5; Demmel21, Sec. 4].
+/// convergence test of [MoreWild09, Eq. 2.2], as bundle adjustment papers use them [Kushal12].
 namespace raybundle::tools {
 
 /// One state of a solve that is kept, in the order of time.

@@ -64,8 +64,7 @@ struct BenchResults {
 RunResult read_run(const BenchPlan& plan, const BenchProblem& problem, const BenchVariant& variant,
                    int run);
 
-/// Fills in start, best and the times to each accuracy. Separate from the reading, so that it can be
-/// tested.
+/// Fills in start, best and the times to each accuracy.
 void complete(const BenchPlan& plan, BenchResults& results);
 
 /// All runs that are there, completed.

@@ -14,9 +14,10 @@ struct RunCounts {
 };
 
 /// Makes the scenes that are not there, then runs whatever has not been run: round by round, in
-/// each problem by problem, variant by variant, so that a disturbance of the machine hits all alike.
-/// Tells of every run on standard error. Returns early after an interruption. Throws InputError for
-/// a problem that is not there or cannot be generated, std::system_error for what cannot be written.
+/// each problem by problem, variant by variant, so that a disturbance of the machine hits all
+/// alike. Tells of every run on standard error. Returns early after an interruption. Throws
+/// InputError for a problem that is not there or cannot be generated, std::system_error for what
+/// cannot be written.
 RunCounts run_plan(const BenchPlan& plan, const InterruptGuard& interrupt);
 
 }  // namespace raybundle::tools

@@ -47,7 +47,7 @@ struct Range {
   }
 };
 
-/// Below a decade a logarithmic axis has hardly a tic, and shows nothing that a linear one does not.
+/// Below a decade a logarithmic axis has hardly a tic and shows no more than a linear one.
 bool worth_log(const Range& range) { return range.high >= 10 * range.low; }
 
 bool can_show(double value, bool log) { return std::isfinite(value) && (!log || value > 0); }

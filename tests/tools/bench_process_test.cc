@@ -63,7 +63,7 @@ TEST(BenchProcess, OneThatDoesNotListenIsKilled) {
 }
 
 TEST(BenchProcess, MemoryLimitIsThatOfTheChild) {
-  // `head` holds the whole of a line of zeros: in a small limit that fails, without one it does not.
+  // `tail` holds the whole of a line of zeros, for which a small limit has no room.
   ProcessRequest request = shell("head -c 60000000 /dev/zero | tail -n 1 > /dev/null");
   EXPECT_EQ(run_process(request).code, 0);
   request.bytes = 20'000'000;
