@@ -48,6 +48,7 @@ std::map<std::string, std::string> default_arguments() {
           {"parameter-tolerance", "1e-16"},
           {"initial-radius", "1e4"},  // of the trust region; 1 / damping
           {"stop-cost", "0"},         // end once cost <= this
+          {"time-limit", "1e9"},      // seconds
           {"output", "-"}};
 }
 
@@ -77,6 +78,8 @@ struct Iterate {
   double cost;  // of the state kept
   double seconds;
   bool accepted;
+  double gradient_norm;
+  int inner_iterations;
 };
 
 /// Records every iteration and ends the solve at the stop cost. The clock runs from the call of
@@ -91,7 +94,8 @@ class Recorder : public ceres::IterationCallback {
     const double now = seconds_since(start_);
     const bool accepted = summary.iteration == 0 || summary.step_is_successful;
     if (accepted) cost_ = summary.cost;  // a rejected iteration reports its candidate's cost
-    iterates_.push_back({summary.iteration, cost_, now, accepted});
+    iterates_.push_back({summary.iteration, cost_, now, accepted, summary.gradient_norm,
+                         summary.linear_solver_iterations});
     if (cost_ > stop_cost_) return ceres::SOLVER_CONTINUE;
     seconds_to_stop_ = now;
     return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
@@ -134,6 +138,7 @@ ceres::Solver::Options solver_options(const std::map<std::string, std::string>& 
   options.gradient_tolerance = number("gradient-tolerance");
   options.parameter_tolerance = number("parameter-tolerance");
   options.initial_trust_region_radius = number("initial-radius");
+  options.max_solver_time_in_seconds = number("time-limit");
   options.use_nonmonotonic_steps = false;
   options.logging_type = ceres::SILENT;
   std::string error;
@@ -193,7 +198,8 @@ void write(std::ostream& out, const std::map<std::string, std::string>& argument
   const auto option = [](const auto& o) { return quote(o.first) + ": " + quote(o.second); };
   const auto iterate = [](const Iterate& i) {
     return "{\"iteration\": " + std::to_string(i.iteration) + ", \"cost\": " + json(i.cost) +
-           ", \"seconds\": " + json(i.seconds) +
+           ", \"seconds\": " + json(i.seconds) + ", \"gradient_norm\": " + json(i.gradient_norm) +
+           ", \"inner_iterations\": " + std::to_string(i.inner_iterations) +
            ", \"accepted\": " + (i.accepted ? "true}" : "false}");
   };
   const double before = summary.preprocessor_time_in_seconds;

@@ -34,6 +34,7 @@ Command add_info(CLI::App& program);
 Command add_eval(CLI::App& program);
 Command add_increments(CLI::App& program);
 Command add_generate(CLI::App& program);
+Command add_bench(CLI::App& program);
 Command add_version(CLI::App& program);
 
 /// Help of the INPUT argument of all subcommands.

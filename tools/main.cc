@@ -95,7 +95,7 @@ ExitCode run_program(int argc, char** argv) {
   const std::vector<Command> commands = {
       raybundle::tools::add_solve(program), raybundle::tools::add_info(program),
       raybundle::tools::add_eval(program), raybundle::tools::add_generate(program),
-      raybundle::tools::add_increments(program),
+      raybundle::tools::add_increments(program), raybundle::tools::add_bench(program),
       raybundle::tools::add_version(program)};
   program.footer(std::string(options_footer) + footer);
   try {

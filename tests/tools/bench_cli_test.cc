@@ -1,0 +1,155 @@
+// `raybundle bench`, as a user runs it.
+
+#include <csignal>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <raybundle/models/io/bal.h>
+#include <raybundle/models/scenes/street.h>
+#include <raybundle/tests/support/temporary_folder.h>
+#include <raybundle/tests/tools/process.h>
+
+namespace raybundle::tools {
+namespace {
+
+using nlohmann::json;
+using test::Process;
+using test::read_text;
+using test::Result;
+using test::run;
+using Words = std::vector<std::string>;
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+class BenchCli : public testing::Test {
+ protected:
+  BenchCli() { io::write_bal(scenes::street({.seed = 3, .cameras = 10, .points = 300}), input_); }
+  Words words(const Words& more) const {
+    Words all = {"bench", "tiny=" + input_, "--ceres", "none", "--threads", "1", "-o", output_};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  Words two_variants() const {
+    return words({"--runs", "2", "--common", "--max-iterations 4", "--variant",
+                  "chol=--method lm-cholesky", "--variant", "pcg=--method tnm"});
+  }
+  json results() const { return json::parse(read_text(output_ + "/results.json")); }
+
+  test::TemporaryFolder folder_;
+  std::string input_ = (folder_ / "tiny.txt").string();
+  std::string output_ = (folder_ / "out").string();
+};
+
+TEST_F(BenchCli, RunsEveryVariantReportsAndResumes) {
+  const Result first = run(two_variants());
+  ASSERT_EQ(first.code, 0) << first.errors;
+  EXPECT_TRUE(contains(first.errors, "[1/4] tiny  chol  run 1  ")) << first.errors;
+  EXPECT_TRUE(contains(first.errors, "[2/4] tiny  pcg   run 1  "));
+  EXPECT_TRUE(contains(first.errors, "[3/4] tiny  chol  run 2  "));
+
+  const json report = results();
+  ASSERT_EQ(report["runs"].size(), 4u);
+  EXPECT_FALSE(report["machine"]["processor"].get<std::string>().empty());
+  const double best = report["problems"][0]["best"];
+  for (const json& each : report["runs"]) {
+    EXPECT_EQ(each["status"], "ok");
+    const json log =
+        json::parse(read_text(output_ + "/runs/tiny/" + each["variant"].get<std::string>() + "/" +
+                              std::to_string(each["run"].get<int>()) + ".json"));
+    EXPECT_EQ(each["final_cost"], log["summary"]["final_cost"]);
+    EXPECT_EQ(each["gradient_norm"], log["summary"]["gradient_norm"]);
+    EXPECT_EQ(each["iterations"], 4);
+    EXPECT_EQ(log["options"]["max-iterations"], 4);
+    EXPECT_EQ(log["summary"]["threads"], 1);
+    EXPECT_GE(each["final_cost"], best);
+    EXPECT_GT(each["peak_bytes"], 1'000'000);
+    EXPECT_GT(each["seconds_to_1e-1"], 0.0);
+  }
+  const std::string table = read_text(output_ + "/results.csv");
+  EXPECT_EQ(count(table, "\n"), 5u);
+  EXPECT_TRUE(contains(read_text(output_ + "/summary.md"), "| chol | ok |"));
+  EXPECT_TRUE(contains(read_text(output_ + "/plots/profile_1e-01.gp"), "'pcg'"));
+
+  // Nothing to do; the same from the folder alone; one log lost; another run asked for.
+  const Result again = run(two_variants());
+  EXPECT_EQ(again.code, 0);
+  EXPECT_TRUE(contains(again.errors, "4 runs of an earlier call are kept, 0 are to be done"));
+  EXPECT_EQ(results()["runs"], report["runs"]);
+  std::filesystem::remove(output_ + "/runs/tiny/pcg/2.json");
+  const Result resumed = run({"bench", "-o", output_});
+  EXPECT_EQ(count(resumed.errors, "[1/1] tiny  pcg   run 2"), 1u) << resumed.errors;
+  Words third = two_variants();
+  third[9] = "3";
+  EXPECT_EQ(count(run(third).errors, "  run 3  "), 2u);
+  // A changed problem makes all of it void.
+  io::write_bal(scenes::street({.seed = 4, .cameras = 10, .points = 300}), input_);
+  EXPECT_FALSE(contains(run(two_variants()).errors, "kept"));
+}
+
+TEST_F(BenchCli, AReportAloneNeedsNoProblem) {
+  ASSERT_EQ(run(two_variants()).code, 0);
+  const std::string before = read_text(output_ + "/results.csv");
+  std::filesystem::remove(input_);
+  std::filesystem::remove(output_ + "/results.csv");
+  EXPECT_EQ(run({"bench", "--only-report", "-o", output_}).code, 0);
+  EXPECT_EQ(read_text(output_ + "/results.csv"), before);
+}
+
+TEST_F(BenchCli, ARefusedVariantDoesNotStopTheOthers) {
+  const Result result = run(words({"--runs", "1", "--variant", "bad=--no-such-option 1",
+                                   "--variant", "good=--max-iterations 2"}));
+  EXPECT_EQ(result.code, 1);
+  EXPECT_TRUE(contains(result.errors, "refused: raybundle: ")) << result.errors;
+  const json runs = results()["runs"];
+  ASSERT_EQ(runs.size(), 2u);
+  EXPECT_EQ(runs[0]["status"], "refused");
+  EXPECT_TRUE(runs[0]["final_cost"].is_null());
+  EXPECT_EQ(runs[1]["status"], "ok");
+}
+
+TEST_F(BenchCli, MemoryLimitIsAResult) {
+  const Result result = run(words({"--runs", "1", "--variant", "a=", "--memory-limit", "1MB"}));
+  EXPECT_NE(result.code, 3) << result.errors;
+  EXPECT_NE(results()["runs"][0]["status"], "ok");
+}
+
+TEST_F(BenchCli, AnInterruptKeepsWhatIsDone) {
+  // A variant that goes on for long, after one that does not.
+  io::write_bal(scenes::street({.seed = 3, .cameras = 60, .points = 20'000}), input_);
+  Process bench(words({"--runs", "1", "--common",
+                       "--max-iterations 1 --function-tolerance 0 --gradient-tolerance 0 "
+                       "--parameter-tolerance 0",
+                       "--variant", "short=", "--variant",
+                       "long=--method tnm --max-iterations 100000 --forcing 1e-12 "
+                       "--preconditioner identity --max-inner-iterations 100000 "
+                       "--max-consecutive-failures 1000000"}));
+  ASSERT_TRUE(bench.wait_for_error_text("[1/2]"));
+  bench.signal(SIGINT);
+  EXPECT_EQ(bench.wait(), 6) << bench.errors();
+  EXPECT_TRUE(contains(bench.errors(), "interrupted"));
+  EXPECT_EQ(results()["runs"].size(), 1u);
+  EXPECT_FALSE(std::filesystem::exists(output_ + "/runs/tiny/long/1.run.json"));
+}
+
+TEST_F(BenchCli, SaysWhatIsMissing) {
+  EXPECT_EQ(run({"bench", "-o", output_}).code, 2);
+  EXPECT_EQ(run({"bench", input_}).code, 2);
+  const Result missing = run({"bench", "none=" + input_ + "x", "--ceres", "none", "-o", output_});
+  EXPECT_EQ(missing.code, 3) << missing.errors;
+  EXPECT_TRUE(contains(missing.errors, input_ + "x"));
+}
+
+}  // namespace
+}  // namespace raybundle::tools
