@@ -24,9 +24,10 @@ class Pcg {
 
   /// When to end; whatever comes first.
   struct Stop {
-    double residual = 0;        ///< at |A x - b| <= residual, Euclidean
-    double model_decrease = 0;  ///< when an iteration decreases the quadratic by at most this share of
-                                ///< the mean decrease of all so far [NashSofer90]; 0: never
+    double residual = 0;  ///< at |A x - b| <= residual, Euclidean
+    double model_decrease =
+        0;  ///< when an iteration decreases the quadratic by at most this share of
+            ///< the mean decrease of all so far [NashSofer90]; 0: never
     int max_iterations = std::numeric_limits<int>::max();
     double radius = std::numeric_limits<double>::infinity();  ///< |x| stays within
   };

@@ -16,15 +16,15 @@ using linalg::index;
 struct Slice {
   const char* name;
   int first, size;  // among the nine parameters of a camera, or the three of a point
-  double Increments::* increment;
+  double Increments::*increment;
 };
-constexpr std::array<Slice, parameter_kinds> slices = {{{"rotation", 0, 3, &Increments::rotation},
-                                                        {"translation", 3, 3,
-                                                         &Increments::translation},
-                                                        {"focal", 6, 1, &Increments::focal},
-                                                        {"k1", 7, 1, &Increments::k1},
-                                                        {"k2", 8, 1, &Increments::k2},
-                                                        {"point", 0, 3, &Increments::point}}};
+constexpr std::array<Slice, parameter_kinds> slices = {
+    {{"rotation", 0, 3, &Increments::rotation},
+     {"translation", 3, 3, &Increments::translation},
+     {"focal", 6, 1, &Increments::focal},
+     {"k1", 7, 1, &Increments::k1},
+     {"k2", 8, 1, &Increments::k2},
+     {"point", 0, 3, &Increments::point}}};
 constexpr int smallest_decade = -12;
 
 double squares(const std::vector<double>& x) {

@@ -16,8 +16,8 @@ std::optional<Termination> Convergence::test(const IterationRecord& record, doub
                                              const Next& next) {
   if (record.gradient_max <= options_.gradient_tolerance) return Termination::gradient_tolerance;
   if (record.iteration > 0) {
-    const auto verdict = record.accepted ? test_accepted(record, previous_cost)
-                                         : test_rejected(record, next);
+    const auto verdict =
+        record.accepted ? test_accepted(record, previous_cost) : test_rejected(record, next);
     if (verdict) return verdict;
   }
   if (record.iteration >= options_.max_iterations) return Termination::max_iterations;

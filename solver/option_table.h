@@ -28,7 +28,8 @@ void visit_options(AnyOptions& o, Visit&& visit) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   visit(o.method, OptionInfo{"method", "optimisation method"});
   visit(o.elimination,
-        OptionInfo{"elimination", "side eliminated before the inner solve; auto: points, adinm: by condition"});
+        OptionInfo{"elimination",
+                   "side eliminated before the inner solve; auto: points, adinm: by condition"});
   visit(o.linear, OptionInfo{"linear", "solver of the (reduced) linear system; auto: by work"});
   visit(o.preconditioner,
         OptionInfo{"preconditioner", "preconditioner of the inner iterations; auto: by method"});
@@ -42,7 +43,8 @@ void visit_options(AnyOptions& o, Visit&& visit) {
   visit(o.loss, OptionInfo{"loss", "robust loss; auto: none, irls: huber"});
   visit(o.loss_scope,
         OptionInfo{"loss-scope", "what the loss is of, |r| or each component; auto: observation"});
-  visit(o.loss_scale, OptionInfo{"loss-scale", "scale of the loss, pixels; auto: 1", 1e-100, 1e100});
+  visit(o.loss_scale,
+        OptionInfo{"loss-scale", "scale of the loss, pixels; auto: 1", 1e-100, 1e100});
   visit(o.loss_start_scale,
         OptionInfo{"loss-start-scale",
                    "wider scale to start with, halved down to --loss-scale; auto: none", 1e-100,
@@ -63,22 +65,27 @@ void visit_options(AnyOptions& o, Visit&& visit) {
                    1e9});
   visit(o.initial_damping,
         OptionInfo{"initial-damping", "damping mu at the start; auto: by damping matrix", 0, 1e32});
-  visit(o.min_damping, OptionInfo{"min-damping", "mu never falls below this; auto: 1e-16", 0, 1e32});
+  visit(o.min_damping,
+        OptionInfo{"min-damping", "mu never falls below this; auto: 1e-16", 0, 1e32});
   visit(o.max_damping,
         OptionInfo{"max-damping", "stop when mu would rise above this; auto: 1e32", 0, inf});
-  visit(o.initial_radius,
-        OptionInfo{"initial-radius",
-                   "trust-region radius at the start; auto: length of the first step", 1e-100, inf});
-  visit(o.min_radius,
-        OptionInfo{"min-radius", "stop when the radius would fall below this; auto: 1e-32", 0, inf});
+  visit(
+      o.initial_radius,
+      OptionInfo{"initial-radius",
+                 "trust-region radius at the start; auto: length of the first step", 1e-100, inf});
+  visit(
+      o.min_radius,
+      OptionInfo{"min-radius", "stop when the radius would fall below this; auto: 1e-32", 0, inf});
   visit(o.max_inner_iterations,
         OptionInfo{"max-inner-iterations", "most PCG iterations per linear solve; auto: 1000", 1,
                    1e9});
   visit(o.forcing_rule,
         OptionInfo{"forcing-rule", "what ends the inner iterations; auto: by method"});
   visit(o.forcing, OptionInfo{"forcing", "t of the forcing rule; auto: by method", 0, 1});
-  visit(o.inc.rotation, OptionInfo{"inc-rotation", "increment of rotations, radians", 1e-100, 1e100});
-  visit(o.inc.translation, OptionInfo{"inc-translation", "increment of translations", 1e-100, 1e100});
+  visit(o.inc.rotation,
+        OptionInfo{"inc-rotation", "increment of rotations, radians", 1e-100, 1e100});
+  visit(o.inc.translation,
+        OptionInfo{"inc-translation", "increment of translations", 1e-100, 1e100});
   visit(o.inc.focal, OptionInfo{"inc-focal", "increment of focal lengths, pixels", 1e-100, 1e100});
   visit(o.inc.k1, OptionInfo{"inc-k1", "increment of k1", 1e-100, 1e100});
   visit(o.inc.k2, OptionInfo{"inc-k2", "increment of k2", 1e-100, 1e100});

@@ -1,5 +1,6 @@
 #include <raybundle/solver/options.h>
 
+#include <raybundle/models/increments.h>
 #include <raybundle/solver/methods.h>
 #include <raybundle/solver/option_table.h>
 
@@ -92,9 +93,9 @@ void refuse_globalisation(const Options& o, const MethodTraits& method) {
   }
 }
 
-void refuse_unused_matrices(const Options& effective, const Options& o) {
-  const bool inc = effective.scaling == DiagonalMatrix::inc ||
-                   effective.damping_matrix == DiagonalMatrix::inc;
+void refuse_unused_parameters(const Options& effective, const Options& o) {
+  const bool inc =
+      effective.scaling == DiagonalMatrix::inc || effective.damping_matrix == DiagonalMatrix::inc;
   if (!inc) {
     refuse("neither scaling nor damping matrix is inc", given("inc-rotation", o.inc.rotation),
            given("inc-translation", o.inc.translation), given("inc-focal", o.inc.focal),
@@ -108,6 +109,18 @@ void refuse_unused_matrices(const Options& effective, const Options& o) {
     refuse("there is no loss", given("loss-scope", o.loss_scope), given("loss-scale", o.loss_scale),
            given("loss-start-scale", o.loss_start_scale));
   }
+}
+
+void fill_increments(Options& o) {
+  if (o.scaling != DiagonalMatrix::inc && o.damping_matrix != DiagonalMatrix::inc) return;
+  const Increments inc;
+  o.inc.rotation = o.inc.rotation.value_or(inc.rotation);
+  o.inc.translation = o.inc.translation.value_or(inc.translation);
+  o.inc.point = o.inc.point.value_or(inc.point);
+  if (o.lens == Lens::fixed) return;
+  o.inc.focal = o.inc.focal.value_or(inc.focal);
+  o.inc.k1 = o.inc.k1.value_or(inc.k1);
+  o.inc.k2 = o.inc.k2.value_or(inc.k2);
 }
 
 void check_order(const Options& effective) {
@@ -167,9 +180,9 @@ const char* name(ForcingRule value) {
   return pick(std::array{"thesis", "constant", "eisenstat-walker", "nash-sofer"}, value);
 }
 const char* name(Loss value) {
-  return pick(std::array{"none", "huber", "soft-l1", "cauchy", "geman-mcclure", "tukey",
-                         "truncated"},
-              value);
+  return pick(
+      std::array{"none", "huber", "soft-l1", "cauchy", "geman-mcclure", "tukey", "truncated"},
+      value);
 }
 const char* name(LossScope value) { return pick(std::array{"observation", "component"}, value); }
 const char* name(PoseUpdate value) { return pick(std::array{"global", "local", "se3"}, value); }
@@ -189,7 +202,8 @@ Options resolve(const Options& options) {
   if (method.damped) fill_damping(method, effective);
   if (method.bounded) effective.min_radius = options.min_radius.value_or(1e-32);
   fill_loss(method, effective);
-  refuse_unused_matrices(effective, options);
+  refuse_unused_parameters(effective, options);
+  fill_increments(effective);
   check_order(effective);
   return effective;
 }

@@ -48,10 +48,11 @@ struct Options {
   PoseUpdate pose_update = PoseUpdate::local;
   Lens lens = Lens::free;
 
-  std::optional<Loss> loss = {};              ///< empty: none; irls: huber
-  std::optional<LossScope> loss_scope = {};   ///< empty: observation
-  std::optional<double> loss_scale = {};      ///< pixels; empty: 1
-  std::optional<double> loss_start_scale = {};  ///< pixels; wide at first, halved down to loss_scale
+  std::optional<Loss> loss = {};             ///< empty: none; irls: huber
+  std::optional<LossScope> loss_scope = {};  ///< empty: observation
+  std::optional<double> loss_scale = {};     ///< pixels; empty: 1
+  std::optional<double> loss_start_scale =
+      {};  ///< pixels; wide at first, halved down to loss_scale
 
   int max_iterations = 50;  ///< trial steps, rejected ones included
   double time_limit = std::numeric_limits<double>::infinity();  ///< seconds

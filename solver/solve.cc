@@ -19,8 +19,7 @@ Summary solve(Problem& problem, const Options& options, const Observer& observer
   linalg::require_memory(working_memory(problem, effective),
                          "solving " + std::to_string(problem.observation_count()) +
                              " observations by " + name(effective.method));
-  Objective objective(problem, effective.pose_update, effective.lens, pool,
-                      robust_loss(effective));
+  Objective objective(problem, effective.pose_update, effective.lens, pool, robust_loss(effective));
   const auto steps = make_step_solver(effective, objective.layout(), pool);
   effective.linear = steps->linear();
 

@@ -46,10 +46,10 @@ struct IterationRecord {
   bool on_boundary = false;       ///< the trust region cut the step
   int inner_iterations = 0;
   Elimination eliminated = Elimination::none;
-  double condition_cameras = 0;   ///< of the damped block diagonal B; NaN where nobody asks for it
-  double condition_points = 0;    ///< of the damped block diagonal C; NaN likewise
-  double loss_scale = 0;          ///< pixels, of "cost"; 0 where there is no loss
-  double seconds = 0;  ///< since the start of the solve
+  double condition_cameras = 0;  ///< of the damped block diagonal B; NaN where nobody asks for it
+  double condition_points = 0;   ///< of the damped block diagonal C; NaN likewise
+  double loss_scale = 0;         ///< pixels, of "cost"; 0 where there is no loss
+  double seconds = 0;            ///< since the start of the solve
 };
 
 /// Seconds by phase.

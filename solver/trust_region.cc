@@ -134,11 +134,11 @@ void TrustRegion::begin_record() {
 void TrustRegion::compute_step() {
   const PhaseTimer timer(summary_.seconds.linear);
   fill_damping();
-  StepRequest request = {.at = {&J_, &normal_, residual_.data()},
-                         .damping = damping_diagonal_.data(),
-                         .inverse_scaling =
-                             inverse_scaling_.empty() ? nullptr : inverse_scaling_.data(),
-                         .tolerance = forcing_.tolerance()};
+  StepRequest request = {
+      .at = {&J_, &normal_, residual_.data()},
+      .damping = damping_diagonal_.data(),
+      .inverse_scaling = inverse_scaling_.empty() ? nullptr : inverse_scaling_.data(),
+      .tolerance = forcing_.tolerance()};
   if (radius_) request.radius = radius_->radius();
   const StepReport report = steps_.solve(request, step_.data());
   ++summary_.linear_solves;

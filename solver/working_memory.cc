@@ -53,8 +53,8 @@ double conjugate_gradients(const Sizes& n, Elimination elimination) {
 
 double inner_solver(const Sizes& n, const Options& options, Elimination elimination) {
   const bool pcg = traits(options.method).inner == InnerSolve::pcg;
-  return eliminated_side(n, elimination) + (pcg ? conjugate_gradients(n, elimination)
-                                                : word * kept_unknowns(n, elimination));
+  return eliminated_side(n, elimination) +
+         (pcg ? conjugate_gradients(n, elimination) : word * kept_unknowns(n, elimination));
 }
 
 }  // namespace
@@ -63,8 +63,7 @@ double working_memory(const Problem& problem, const Options& options) {
   const Sizes n = {static_cast<double>(problem.observation_count()),
                    static_cast<double>(problem.camera_count()),
                    static_cast<double>(problem.point_count())};
-  const double scaling =
-      options.scaling == DiagonalMatrix::identity ? 0 : word * n.unknowns();
+  const double scaling = options.scaling == DiagonalMatrix::identity ? 0 : word * n.unknowns();
   const double inner = traits(options.method).adaptive
                            ? inner_solver(n, options, Elimination::points) +
                                  inner_solver(n, options, Elimination::cameras)

@@ -165,7 +165,9 @@ Command add_eval(CLI::App& program) {
     arguments->loss = parse_enum<Loss>("loss", text);
   })->type_name("none|huber|soft-l1|cauchy|geman-mcclure|tukey|truncated");
   text_option("--loss-scope", "What the loss is of [observation]",
-              [arguments](const std::string& text) { arguments->scope = parse_enum<LossScope>("loss-scope", text); })
+              [arguments](const std::string& text) {
+                arguments->scope = parse_enum<LossScope>("loss-scope", text);
+              })
       ->type_name("observation|component");
   text_option("--loss-scale", "Scale of the loss, pixels [1]",
               [arguments](const std::string& text) { arguments->scale = parse_scale(text); })

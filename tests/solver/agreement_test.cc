@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 
 #include <raybundle/solver/option_table.h>
+#include <raybundle/tests/support/dense_step.h>
 #include <raybundle/tests/support/small_problem.h>
 
 namespace raybundle {
@@ -20,7 +21,8 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr std::array eliminations = {Elimination::none, Elimination::points, Elimination::cameras};
-constexpr std::array diagonals = {DiagonalMatrix::identity, DiagonalMatrix::diag_h};
+constexpr std::array diagonals = {DiagonalMatrix::identity, DiagonalMatrix::inc,
+                                  DiagonalMatrix::diag_h};
 
 Problem problem_to_solve() {
   return test::small_problem({.seed = 21,
@@ -47,7 +49,7 @@ double minimum(PoseUpdate update, Lens lens) {
 TEST(FirstStep, OfTheThreeEliminationsAgrees) {
   for (const PoseUpdate update : {PoseUpdate::global, PoseUpdate::local, PoseUpdate::se3}) {
     for (const DiagonalMatrix damping : diagonals) {
-      const double mu = damping == DiagonalMatrix::identity ? 1 : 1e-2;
+      const double mu = damping == DiagonalMatrix::diag_h ? 1e-2 : 1;
       std::vector<VectorXd> ends;
       for (const Elimination elimination : eliminations) {
         for (const Linear linear : {Linear::dense_cholesky, Linear::sparse_cholesky}) {
@@ -91,7 +93,7 @@ TEST_P(SameMinimum, IsReached) {
                      .lens = Lens::fixed,
                      .max_iterations = 300,
                      .function_tolerance = 1e-12};
-  if (method == Method::tnm) options.forcing = 1e-2;
+  if (method != Method::lm_cholesky) options.forcing = 1e-2;
   const Summary summary = solve(problem, options);
   EXPECT_NEAR(summary.final_cost, expected, 1e-7 * expected)
       << name(summary.termination) << " after " << summary.iterations.size();
@@ -100,14 +102,17 @@ TEST_P(SameMinimum, IsReached) {
 
 INSTANTIATE_TEST_SUITE_P(
     Variants, SameMinimum,
-    ::testing::Combine(::testing::Values(Method::lm_cholesky, Method::tnm),
+    ::testing::Combine(::testing::Values(Method::lm_cholesky, Method::tnm, Method::dinm),
                        ::testing::ValuesIn(eliminations), ::testing::ValuesIn(diagonals),
                        ::testing::ValuesIn(diagonals)),
-    [](const auto& test) {
-      const auto text = [](DiagonalMatrix D) { return D == DiagonalMatrix::identity ? "I" : "H"; };
-      const bool exact = std::get<0>(test.param) == Method::lm_cholesky;
-      return std::string(exact ? "Cholesky" : "Pcg") + name(std::get<1>(test.param)) + "Damp" +
-             text(std::get<2>(test.param)) + "Scale" + text(std::get<3>(test.param));
+    [](const auto& variant) {
+      const Method method = std::get<0>(variant.param);
+      const char* who = method == Method::lm_cholesky ? "Cholesky"
+                        : method == Method::tnm       ? "Pcg"
+                                                      : "Bounded";
+      return std::string(who) + name(std::get<1>(variant.param)) + "Damp" +
+             test::letter(std::get<2>(variant.param)) + "Scale" +
+             test::letter(std::get<3>(variant.param));
     });
 
 TEST(SameMinimumOf, AllPoseUpdatesAndLenses) {

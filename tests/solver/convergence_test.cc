@@ -20,15 +20,11 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int64_t residuals = 1000;
 constexpr double inf = std::numeric_limits<double>::infinity();
 
-constexpr std::array all = {Termination::gradient_tolerance,
-                            Termination::function_tolerance,
-                            Termination::parameter_tolerance,
-                            Termination::max_iterations,
-                            Termination::time_limit,
-                            Termination::stopped,
-                            Termination::damping_limit,
-                            Termination::consecutive_failures,
-                            Termination::bad_start};
+constexpr std::array all = {Termination::gradient_tolerance,   Termination::function_tolerance,
+                            Termination::parameter_tolerance,  Termination::max_iterations,
+                            Termination::time_limit,           Termination::stopped,
+                            Termination::damping_limit,        Termination::radius_limit,
+                            Termination::consecutive_failures, Termination::bad_start};
 
 // An accepted step that moved and helped: no reason to stop.
 IterationRecord good_step() {
@@ -62,7 +58,7 @@ IterationRecord failed_step() {
 
 std::optional<Termination> verdict(const IterationRecord& record, const Options& options = {},
                                    double next_damping = 1) {
-  return Convergence(resolve(options), residuals).test(record, 100, next_damping);
+  return Convergence(resolve(options), residuals).test(record, 100, {.damping = next_damping});
 }
 
 TEST(Convergence, GoesOnAfterAGoodStep) { EXPECT_EQ(verdict(good_step()), std::nullopt); }
@@ -117,14 +113,14 @@ TEST(Convergence, ARejectedStepOfNoConsequenceConverges) {
 // After several failures the damping alone makes the model promise little: that is no minimum.
 TEST(Convergence, LaterFailuresDoNotPassForConvergence) {
   Convergence convergence(resolve({.function_tolerance = 1e-6}), residuals);
-  EXPECT_EQ(convergence.test(rejected_step(), 100, 1), std::nullopt);
+  EXPECT_EQ(convergence.test(rejected_step(), 100, {.damping = 1}), std::nullopt);
   IterationRecord record = rejected_step();
   record.candidate_cost = 100 + 5e-5;
   record.predicted_decrease = 5e-5;
-  EXPECT_EQ(convergence.test(record, 100, 1), std::nullopt);
+  EXPECT_EQ(convergence.test(record, 100, {.damping = 1}), std::nullopt);
   record.candidate_cost = 100 + 1e-14;  // what rounding leaves of the cost decides
   record.predicted_decrease = 1e-14;
-  EXPECT_EQ(convergence.test(record, 100, 1), Termination::function_tolerance);
+  EXPECT_EQ(convergence.test(record, 100, {.damping = 1}), Termination::function_tolerance);
 }
 
 TEST(Convergence, AFailedFactorisationIsNotConvergence) {
@@ -145,15 +141,27 @@ TEST(Convergence, DampingAtItsLimit) {
       << "an accepted step is no failure";
 }
 
+TEST(Convergence, RadiusAtItsLimit) {
+  const auto at = [](double radius, const IterationRecord& record) {
+    return Convergence(resolve({.method = Method::inm, .min_radius = 1e-6}), residuals)
+        .test(record, 100, {.radius = radius});
+  };
+  EXPECT_EQ(at(0.9e-6, rejected_step()), Termination::radius_limit);
+  EXPECT_EQ(at(1e-6, rejected_step()), std::nullopt);
+  EXPECT_EQ(at(0.9e-6, failed_step()), Termination::radius_limit);
+  EXPECT_EQ(at(0.9e-6, good_step()), std::nullopt) << "an accepted step is progress";
+}
+
 TEST(Convergence, FailuresCountInARowOnly) {
   Convergence convergence(resolve({.max_consecutive_failures = 3}), residuals);
   for (int round = 0; round < 2; ++round) {
-    EXPECT_EQ(convergence.test(rejected_step(), 100, 1), std::nullopt);
-    EXPECT_EQ(convergence.test(failed_step(), 100, 1), std::nullopt);
+    EXPECT_EQ(convergence.test(rejected_step(), 100, {.damping = 1}), std::nullopt);
+    EXPECT_EQ(convergence.test(failed_step(), 100, {.damping = 1}), std::nullopt);
     if (round == 1) break;
-    EXPECT_EQ(convergence.test(good_step(), 100, 1), std::nullopt);
+    EXPECT_EQ(convergence.test(good_step(), 100, {.damping = 1}), std::nullopt);
   }
-  EXPECT_EQ(convergence.test(rejected_step(), 100, 1), Termination::consecutive_failures);
+  EXPECT_EQ(convergence.test(rejected_step(), 100, {.damping = 1}),
+            Termination::consecutive_failures);
 }
 
 TEST(Convergence, Limits) {

@@ -63,7 +63,7 @@ TEST_P(ModelDecrease, IsTheDefinitionAndTheShortForm) {
     Problem problem =
         test::small_problem({.seed = seed, .points = 25, .points_seen_once = 1, .far_points = 1});
     DenseObjective at(problem, options().pose_update, options().lens);
-    const DenseStep dense(at, *options().damping_matrix, options().initial_damping);
+    const DenseStep dense(at, *options().damping_matrix, *options().initial_damping);
     const VectorXd p = StepFixture(at, options()).solve(dense.damping).step;
     if (options().method == Method::tnm) {
       EXPECT_GT(dense.distance(p, dense.step()), 1e-3 * dense.length(p)) << "should be inexact";
@@ -89,16 +89,16 @@ TEST_P(ModelDecrease, IsTheDefinitionAndTheShortForm) {
 
 INSTANTIATE_TEST_SUITE_P(
     Variants, ModelDecrease,
-    ::testing::Combine(::testing::Values(Method::lm_cholesky, Method::tnm),
-                       ::testing::Values(Elimination::none, Elimination::points,
-                                         Elimination::cameras),
-                       ::testing::Values(DiagonalMatrix::identity, DiagonalMatrix::diag_h),
-                       ::testing::Values(DiagonalMatrix::identity, DiagonalMatrix::diag_h)),
-    [](const auto& test) {
-      const auto text = [](DiagonalMatrix D) { return D == DiagonalMatrix::identity ? "I" : "H"; };
-      const bool exact = std::get<0>(test.param) == Method::lm_cholesky;
-      return std::string(exact ? "Cholesky" : "Pcg") + name(std::get<1>(test.param)) + "Damp" +
-             text(std::get<2>(test.param)) + "Scale" + text(std::get<3>(test.param));
+    ::testing::Combine(
+        ::testing::Values(Method::lm_cholesky, Method::tnm),
+        ::testing::Values(Elimination::none, Elimination::points, Elimination::cameras),
+        ::testing::Values(DiagonalMatrix::identity, DiagonalMatrix::inc, DiagonalMatrix::diag_h),
+        ::testing::Values(DiagonalMatrix::identity, DiagonalMatrix::diag_h)),
+    [](const auto& variant) {
+      const bool exact = std::get<0>(variant.param) == Method::lm_cholesky;
+      return std::string(exact ? "Cholesky" : "Pcg") + name(std::get<1>(variant.param)) + "Damp" +
+             test::letter(std::get<2>(variant.param)) + "Scale" +
+             test::letter(std::get<3>(variant.param));
     });
 
 // For the exact step the decrease is half of what the slope promises.

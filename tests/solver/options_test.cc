@@ -70,17 +70,23 @@ TEST(OptionNames, RoundTrip) {
   check_names<DiagonalMatrix>();
   check_names<PoseUpdate>();
   check_names<Lens>();
+  check_names<ForcingRule>();
+  check_names<Loss>();
+  check_names<LossScope>();
 }
 
 // The counts are written by hand: the last value of each enumeration tells.
 TEST(OptionNames, CountsReachTheLastValue) {
-  EXPECT_EQ(static_cast<int>(Method::tnm) + 1, enum_count<Method>);
+  EXPECT_EQ(static_cast<int>(Method::irls) + 1, enum_count<Method>);
   EXPECT_EQ(static_cast<int>(Elimination::cameras) + 1, enum_count<Elimination>);
   EXPECT_EQ(static_cast<int>(Linear::implicit_pcg) + 1, enum_count<Linear>);
   EXPECT_EQ(static_cast<int>(Preconditioner::block_diag_s) + 1, enum_count<Preconditioner>);
   EXPECT_EQ(static_cast<int>(DiagonalMatrix::diag_h) + 1, enum_count<DiagonalMatrix>);
   EXPECT_EQ(static_cast<int>(PoseUpdate::se3) + 1, enum_count<PoseUpdate>);
   EXPECT_EQ(static_cast<int>(Lens::fixed) + 1, enum_count<Lens>);
+  EXPECT_EQ(static_cast<int>(ForcingRule::nash_sofer) + 1, enum_count<ForcingRule>);
+  EXPECT_EQ(static_cast<int>(Loss::truncated) + 1, enum_count<Loss>);
+  EXPECT_EQ(static_cast<int>(LossScope::component) + 1, enum_count<LossScope>);
 }
 
 TEST(OptionNames, AreThoseOthersRelyOn) {
@@ -122,7 +128,7 @@ TEST(OptionTable, ReachesEveryMember) {
       value = static_cast<T>(77);
     }
   });
-  EXPECT_EQ(options.method, Method::tnm);
+  EXPECT_EQ(options.method, Method::irls);
   EXPECT_EQ(options.elimination, Elimination::cameras);
   EXPECT_EQ(options.linear, Linear::implicit_pcg);
   EXPECT_EQ(options.preconditioner, Preconditioner::block_diag_s);
@@ -130,10 +136,18 @@ TEST(OptionTable, ReachesEveryMember) {
   EXPECT_EQ(options.scaling, DiagonalMatrix::diag_h);
   EXPECT_EQ(options.pose_update, PoseUpdate::se3);
   EXPECT_EQ(options.lens, Lens::fixed);
-  for (const double value :
-       {options.time_limit, options.function_tolerance, options.gradient_tolerance,
-        options.parameter_tolerance, options.initial_damping, options.min_damping,
-        options.max_damping, options.forcing.value_or(0)}) {
+  EXPECT_EQ(options.forcing_rule, ForcingRule::nash_sofer);
+  EXPECT_EQ(options.loss, Loss::truncated);
+  EXPECT_EQ(options.loss_scope, LossScope::component);
+  for (const double value : {options.time_limit, options.function_tolerance,
+                             options.gradient_tolerance, options.parameter_tolerance}) {
+    EXPECT_EQ(value, 77);
+  }
+  for (const std::optional<double>& value :
+       {options.initial_damping, options.min_damping, options.max_damping, options.initial_radius,
+        options.min_radius, options.forcing, options.loss_scale, options.loss_start_scale,
+        options.inc.rotation, options.inc.translation, options.inc.focal, options.inc.k1,
+        options.inc.k2, options.inc.point}) {
     EXPECT_EQ(value, 77);
   }
   for (const int value : {options.max_iterations, options.max_consecutive_failures,
@@ -145,8 +159,15 @@ TEST(OptionTable, ReachesEveryMember) {
 TEST(Resolve, FillsEveryChoiceThatHasAnEffect) {
   for (int i = 0; i < enum_count<Method>; ++i) {
     const Options effective = resolve({.method = static_cast<Method>(i)});
-    EXPECT_TRUE(effective.elimination && effective.damping_matrix && effective.scaling);
-    const bool inner = effective.method == Method::tnm;
+    const MethodTraits& method = traits(effective.method);
+    EXPECT_TRUE(effective.scaling && effective.loss);
+    EXPECT_NE(effective.elimination.has_value(), method.adaptive);
+    EXPECT_EQ(effective.damping_matrix.has_value(), method.damped);
+    EXPECT_EQ(effective.initial_damping.has_value(), method.damped);
+    EXPECT_EQ(effective.min_radius.has_value(), method.bounded);
+    EXPECT_EQ(effective.loss_scale.has_value(), effective.loss != Loss::none);
+    EXPECT_EQ(effective.inc.focal.has_value(), effective.scaling == DiagonalMatrix::inc);
+    const bool inner = method.inner == InnerSolve::pcg;
     EXPECT_EQ(effective.preconditioner.has_value(), inner);
     EXPECT_EQ(effective.forcing.has_value(), inner);
     EXPECT_EQ(effective.max_inner_iterations.has_value(), inner);
@@ -161,8 +182,9 @@ TEST(Resolve, FillsEveryChoiceThatHasAnEffect) {
 TEST(Resolve, TakesWhatItMade) {
   for (int i = 0; i < enum_count<Method>; ++i) {
     for (int e = 0; e < enum_count<Elimination>; ++e) {
-      const Options once =
-          resolve({.method = static_cast<Method>(i), .elimination = static_cast<Elimination>(e)});
+      Options options = {.method = static_cast<Method>(i)};
+      if (!traits(options.method).adaptive) options.elimination = static_cast<Elimination>(e);
+      const Options once = resolve(options);
       EXPECT_EQ(message_of(once), "");
     }
   }
@@ -170,7 +192,8 @@ TEST(Resolve, TakesWhatItMade) {
 
 // The effective options in a summary are those that repeat the solve.
 TEST(Resolve, EffectiveOptionsRepeatTheSolve) {
-  for (const Method method : {Method::lm_cholesky, Method::tnm}) {
+  for (const Method method :
+       {Method::lm_cholesky, Method::tnm, Method::inm, Method::adinm, Method::irls}) {
     Problem first = test::small_problem(), second = first;
     const Summary summary = solve(first, {.method = method, .max_iterations = 3});
     const Summary again = solve(second, summary.options);
@@ -219,7 +242,34 @@ TEST(Resolve, RefusesWhatHasNoEffect) {
   }
 }
 
+TEST(Resolve, RefusesWhatTheMethodDoesNotHave) {
+  const auto refused = [](const Options& options, const std::string& name) {
+    const std::string message = message_of(options);
+    EXPECT_NE(message.find("--" + name), std::string::npos) << name << ": '" << message << "'";
+  };
+  refused({.method = Method::inm, .damping_matrix = DiagonalMatrix::identity}, "damping-matrix");
+  refused({.method = Method::inm, .initial_damping = 1}, "initial-damping");
+  refused({.method = Method::inm, .min_damping = 1}, "min-damping");
+  refused({.method = Method::inm, .max_damping = 1}, "max-damping");
+  refused({.method = Method::tnm, .initial_radius = 1}, "initial-radius");
+  refused({.method = Method::lm_cholesky, .min_radius = 1}, "min-radius");
+  refused({.method = Method::adinm, .elimination = Elimination::points}, "elimination");
+  refused({.method = Method::lm_cholesky, .forcing_rule = ForcingRule::constant}, "forcing-rule");
+  refused({.loss_scale = 2}, "loss-scale");
+  refused({.loss_scope = LossScope::component}, "loss-scope");
+  refused({.loss_start_scale = 9}, "loss-start-scale");
+  refused({.method = Method::irls, .loss = Loss::none, .loss_scale = 2}, "loss-scale");
+  refused({.inc = {.rotation = 1e-8}}, "inc-rotation");
+  refused({.method = Method::dinm, .lens = Lens::fixed, .inc = {.k1 = 1e-8}}, "inc-k1");
+  EXPECT_EQ(message_of({.method = Method::dinm, .inc = {.rotation = 1e-8}}), "");
+  EXPECT_EQ(message_of({.damping_matrix = DiagonalMatrix::inc, .inc = {.k1 = 1e-8}}), "");
+  EXPECT_EQ(message_of({.method = Method::irls, .loss_scale = 2, .loss_start_scale = 9}), "");
+  EXPECT_EQ(message_of({.loss = Loss::cauchy, .loss_scale = 2}), "") << "any method takes a loss";
+}
+
 TEST(Resolve, RefusesContradictingBounds) {
+  EXPECT_NE(message_of({.method = Method::inm, .initial_radius = 1, .min_radius = 2}), "");
+  EXPECT_NE(message_of({.loss = Loss::huber, .loss_scale = 2, .loss_start_scale = 1}), "");
   EXPECT_NE(message_of({.initial_damping = 1, .min_damping = 10, .max_damping = 5}), "");
 }
 

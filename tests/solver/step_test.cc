@@ -25,7 +25,8 @@ using test::DenseObjective;
 using test::DenseStep;
 using test::StepFixture;
 
-constexpr std::array diagonals = {DiagonalMatrix::identity, DiagonalMatrix::diag_h};
+constexpr std::array diagonals = {DiagonalMatrix::identity, DiagonalMatrix::inc,
+                                  DiagonalMatrix::diag_h};
 constexpr std::array eliminations = {Elimination::none, Elimination::points, Elimination::cameras};
 
 std::vector<Problem> problems() {
@@ -73,7 +74,7 @@ TEST_P(StepOf, CholeskyIsTheDenseSolution) {
 TEST_P(StepOf, ConvergedPcgIsTheDenseSolution) {
   for (const Problem& problem : problems()) {
     DenseObjective at(problem, PoseUpdate::local, Lens::fixed);
-    const DenseStep dense(at, damping(), damping() == DiagonalMatrix::identity ? 1.0 : 1e-2);
+    const DenseStep dense(at, damping(), damping() == DiagonalMatrix::diag_h ? 1e-2 : 1.0);
     const VectorXd expected = dense.step();
     for (int k = 0; k < enum_count<Preconditioner>; ++k) {
       const auto preconditioner = static_cast<Preconditioner>(k);
@@ -97,13 +98,10 @@ INSTANTIATE_TEST_SUITE_P(Variants, StepOf,
                          ::testing::Combine(::testing::ValuesIn(eliminations),
                                             ::testing::ValuesIn(diagonals),
                                             ::testing::ValuesIn(diagonals)),
-                         [](const auto& test) {
-                           const auto text = [](DiagonalMatrix D) {
-                             return D == DiagonalMatrix::identity ? "I" : "H";
-                           };
-                           return std::string(name(std::get<0>(test.param))) + "Damp" +
-                                  text(std::get<1>(test.param)) + "Scale" +
-                                  text(std::get<2>(test.param));
+                         [](const auto& variant) {
+                           return std::string(name(std::get<0>(variant.param))) + "Damp" +
+                                  test::letter(std::get<1>(variant.param)) + "Scale" +
+                                  test::letter(std::get<2>(variant.param));
                          });
 
 // |r| <= min(t, |b|) |b| in the scaled unknowns, and not much less [Qu18, Alg. 1].
@@ -112,7 +110,7 @@ TEST(PcgStep, ForcingBoundsTheResidualOfTheReducedSystem) {
   const DenseStep dense(at, DiagonalMatrix::diag_h, 1e-3);
   int previous = 0;
   for (const double forcing : {0.5, 0.1, 1e-2, 1e-4}) {
-    for (const DiagonalMatrix scaling : diagonals) {
+    for (const DiagonalMatrix scaling : {DiagonalMatrix::identity, DiagonalMatrix::diag_h}) {
       StepFixture fixture(at, {.method = Method::tnm,
                                .elimination = Elimination::none,
                                .scaling = scaling,

@@ -30,6 +30,8 @@ class DenseObjective {
   linalg::ThreadPool& pool() { return pool_; }
   const State& state() const { return state_; }
   const linalg::BlockJacobian& blocks() const { return J_; }
+  Eigen::Index hubs() const { return objective_.layout().hubs; }
+  Eigen::Index hub_size() const { return objective_.layout().hub_size; }
   double cost() const { return cost_; }  ///< as linearize() gave it
   const Eigen::VectorXd& residual() const { return residual_; }
 

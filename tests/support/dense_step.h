@@ -1,9 +1,13 @@
 #pragma once
 
 #include <raybundle/linalg/normal_equations.h>
+#include <raybundle/solver/diagonal_matrix.h>
 #include <raybundle/solver/step.h>
 
+#include <cmath>
+#include <limits>
 #include <memory>
+#include <vector>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -11,6 +15,19 @@
 #include <raybundle/tests/support/dense_objective.h>
 
 namespace raybundle::test {
+
+/// For the names of tests.
+inline const char* letter(DiagonalMatrix matrix) {
+  switch (matrix) {
+    case DiagonalMatrix::identity:
+      return "I";
+    case DiagonalMatrix::inc:
+      return "Inc";
+    case DiagonalMatrix::diag_h:
+      return "H";
+  }
+  return "";
+}
 
 /// The damped system of a step, densely: (H + mu D) p = -g, and its model
 /// m(p) = cost + g^T p + 1/2 p^T (H + mu D) p [Qu18, Eq. 2.53]. Everything is computed in unknowns
@@ -25,10 +42,26 @@ class DenseStep {
     damping = Eigen::VectorXd::Constant(H.rows(), mu);
     if (damping_matrix == DiagonalMatrix::diag_h) {
       damping = mu * diagonal.cwiseMax(min_diagonal).cwiseMin(max_diagonal);
+    } else if (damping_matrix == DiagonalMatrix::inc) {
+      damping = mu * inc_matrix(at.hubs(), at.hub_size(), diagonal.size());
     }
     H_damped = H;
     H_damped.diagonal() += damping;
     unit = H_damped.diagonal().cwiseSqrt().cwiseInverse();
+  }
+
+  /// (increment of points / increment)^2 for every unknown, from the default increments.
+  static Eigen::VectorXd inc_matrix(Eigen::Index hubs, Eigen::Index hub_size, Eigen::Index size) {
+    const Increments inc;
+    Eigen::VectorXd camera(9);
+    camera << inc.rotation, inc.rotation, inc.rotation, inc.translation, inc.translation,
+        inc.translation, inc.focal, inc.k1, inc.k2;
+    Eigen::VectorXd d = Eigen::VectorXd::Ones(size);
+    for (Eigen::Index c = 0; c < hubs; ++c) {
+      d.segment(c * hub_size, hub_size) =
+          (inc.point * camera.head(hub_size).cwiseInverse()).cwiseAbs2();
+    }
+    return d;
   }
 
   /// The exact step.
@@ -69,11 +102,23 @@ class StepFixture {
     Eigen::VectorXd step;
   };
 
-  Result solve(const Eigen::VectorXd& damping) {
+  Result solve(const Eigen::VectorXd& damping,
+               double radius = std::numeric_limits<double>::infinity()) {
+    std::vector<double> inverse;
+    if (*options_.scaling != DiagonalMatrix::identity) {
+      fill_diagonal(*options_.scaling, increments(options_), normal_, inverse);
+      for (double& d : inverse) d = 1 / std::sqrt(d);
+    }
     Result result;
     result.step = Eigen::VectorXd::Constant(damping.size(), 1e300);
-    const linalg::Linearization linearization = {&at_.blocks(), &normal_, at_.residual().data()};
-    result.report = solver_->solve(linearization, damping.data(), result.step.data());
+    const Forcing forcing(options_.forcing_rule.value_or(ForcingRule::thesis),
+                          options_.forcing.value_or(0));
+    const StepRequest request = {.at = {&at_.blocks(), &normal_, at_.residual().data()},
+                                 .damping = damping.data(),
+                                 .inverse_scaling = inverse.empty() ? nullptr : inverse.data(),
+                                 .radius = radius,
+                                 .tolerance = forcing.tolerance()};
+    result.report = solver_->solve(request, result.step.data());
     return result;
   }
 
