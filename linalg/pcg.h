@@ -9,15 +9,15 @@
 
 namespace raybundle::linalg {
 
-/// Preconditioned conjugate gradients from x = 0, free [Qu18, Alg. 1] or within a trust region, after
-/// Steihaug [Qu18, Alg. 3]:
+/// Preconditioned conjugate gradients from x = 0, free [Qu18, Alg. 1] or within a trust region,
+/// after Steihaug [Qu18, Alg. 3]:
 ///   min 1/2 x^T A x - b^T x  subject to |x| <= radius  [Qu18, Eq. 3.91].
 /// Both are printed with r = b at the start; the residual is r = A x - b, so the start is r = -b.
 ///
 /// The region is bounded by the Euclidean norm of x, with or without a preconditioner. Without one
 /// the iterates grow in that norm, so the first crossing is the only one; with one they grow in the
-/// preconditioner's norm only, and the first crossing is where the iteration ends all the same. Every
-/// iterate lowers the quadratic, so every end is a decrease.
+/// preconditioner's norm only, and the first crossing is where the iteration ends all the same.
+/// Every iterate lowers the quadratic, so every end is a decrease.
 class Pcg {
  public:
   using Operator = std::function<void(const double* x, double* y)>;

@@ -6,8 +6,8 @@
 #include <array>
 #include <vector>
 
-/// Finite-difference increments: how far a parameter must move for its effect to show, and therefore
-/// how sensitive it is [Qu18, 3.1.4].
+/// Finite-difference increments: how far a parameter must move for its effect to show, and
+/// therefore how sensitive it is [Qu18, 3.1.4].
 namespace raybundle {
 
 /// The kinds of parameter, in the order of their increments.
@@ -15,8 +15,8 @@ enum class ParameterKind { rotation, translation, focal, k1, k2, point };
 inline constexpr int parameter_kinds = 6;
 const char* name(ParameterKind kind);
 
-/// One increment per kind of parameter; [Qu18, Eq. 3.38], whose printed vector is damaged, holds the
-/// author's. The defaults are what search_increments() finds on a street-level data set
+/// One increment per kind of parameter; [Qu18, Eq. 3.38], whose printed vector is damaged, holds
+/// the author's. The defaults are what search_increments() finds on a street-level data set
 /// (docs/increments.md).
 struct Increments {
   double rotation = 1e-9;     ///< radians
@@ -39,10 +39,10 @@ struct IncrementSearch {
 };
 
 /// Compares forward differences, over steps of 10^0 to 10^-12, with the analytic Jacobian at the
-/// problem's own state (global pose update, lenses free). A kind's increment is the smallest step that
-/// is as accurate as the hardest kind at its best: the projection is linear in f, k1 and k2, whose
-/// differences only gain from larger steps, so "the best step" would mean nothing for them. Throws
-/// InputError when the problem is inconsistent or its derivatives are not finite.
+/// problem's own state (global pose update, lenses free). A kind's increment is the smallest step
+/// that is as accurate as the hardest kind at its best: the projection is linear in f, k1 and k2,
+/// whose differences only gain from larger steps, so "the best step" would mean nothing for them.
+/// Throws InputError when the problem is inconsistent or its derivatives are not finite.
 IncrementSearch search_increments(const Problem& problem, linalg::ThreadPool& pool);
 
 }  // namespace raybundle

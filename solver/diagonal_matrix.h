@@ -15,8 +15,8 @@ constexpr double max_diagonal = 1e32;
 ///   inc       (increment of points / increment of the unknown)^2: unknowns that act more per unit
 ///             than a point's coordinate weigh more  [Qu18, Eq. 3.38 and 3.3.3, "Scaling"]
 ///   diag_h    diag(H), within bounds  [Qu18, Eq. 2.50]
-/// As damping matrix it is D of [Qu18, Eq. 2.49]. As scaling p~ = D p of [Qu18, Eq. 3.94] it is D^T D,
-/// like D' in [Qu18, Eq. 2.52]: taken literally, D = diag(H) would mix units.
+/// As damping matrix it is D of [Qu18, Eq. 2.49]. As scaling p~ = D p of [Qu18, Eq. 3.94] it is D^T
+/// D, like D' in [Qu18, Eq. 2.52]: taken literally, D = diag(H) would mix units.
 void fill_diagonal(DiagonalMatrix kind, const Increments& increments,
                    const linalg::NormalEquations& normal, std::vector<double>& d);
 

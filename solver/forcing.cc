@@ -5,8 +5,8 @@
 
 namespace raybundle {
 
-// Choice 2 of [EisenstatWalker96, Eq. 2.6] with gamma = 0.9 and alpha = (1 + sqrt 5) / 2, kept from falling
-// too fast by their safeguard, and never above t.
+// Choice 2 of [EisenstatWalker96, Eq. 2.6] with gamma = 0.9 and alpha = (1 + sqrt 5) / 2, kept from
+// falling too fast by their safeguard, and never above t.
 void Forcing::linearized(double gradient_norm) {
   if (rule_ == ForcingRule::eisenstat_walker && previous_norm_ > 0) {
     constexpr double gamma = 0.9, alpha = 1.618033988749895, threshold = 0.1;

@@ -15,8 +15,8 @@ constexpr double least_forcing = 1e-12;
 
 // The inexact step of [Qu18, Alg. 4, 7]: conjugate gradients, within a trust region or not, on the
 // (reduced) system, whose matrix is never formed. In the scaled unknowns x~ = D x the matrix is
-// D^-1 A D^-1 and the right side D^-1 b  [Qu18, Eq. 3.96-3.99]; the region bounds |x~|, which is that
-// of the unknowns solved for, since the others follow from them  [Qu18, Eq. 3.101].
+// D^-1 A D^-1 and the right side D^-1 b  [Qu18, Eq. 3.96-3.99]; the region bounds |x~|, which is
+// that of the unknowns solved for, since the others follow from them  [Qu18, Eq. 3.101].
 class PcgStep final : public StepSolver {
  public:
   PcgStep(const Options& options, Elimination elimination, const linalg::BlockLayout& layout,

@@ -5,8 +5,8 @@
 
 namespace raybundle {
 
-/// The radius of the trust region |D p| <= radius and its update [Qu18, Alg. 2], after [NocedalWright06,
-/// Alg. 4.1].
+/// The radius of the trust region |D p| <= radius and its update [Qu18, Alg. 2], after
+/// [NocedalWright06, Alg. 4.1].
 class TrustRadius {
  public:
   /// Without an initial radius the first step is free, and its length becomes the radius: nobody
@@ -17,9 +17,9 @@ class TrustRadius {
   double radius() const { return radius_; }
 
   /// `rho`: actual over predicted decrease, NaN counting as a failure; `length`: |D p| of the step,
-  /// which `on_boundary` says the region has cut. As printed a failure leaves a quarter of the radius;
-  /// here it leaves a quarter of the step where that is shorter, or a step from inside the region
-  /// would be tried again unchanged.
+  /// which `on_boundary` says the region has cut. As printed a failure leaves a quarter of the
+  /// radius; here it leaves a quarter of the step where that is shorter, or a step from inside the
+  /// region would be tried again unchanged.
   void update(double rho, bool on_boundary, double length);
 
  private:

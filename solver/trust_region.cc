@@ -7,9 +7,10 @@
 //   verdict      rho > 0: x := x + p; mu [Qu18, Alg. 6] and radius [Qu18, Alg. 2] follow rho
 //
 // A method without damping has mu = 0, one without a region an infinite radius. The thesis retries
-// inside an iteration until a step is accepted, without bound; here every trial is an iteration, and
-// max_consecutive_failures, max_damping and min_radius bound the retries. With a robust loss, r and
-// J are those of the reweighted problem [Qu18, Eq. 4.25-4.28], whose model has the cost's own slope.
+// inside an iteration until a step is accepted, without bound; here every trial is an iteration,
+// and max_consecutive_failures, max_damping and min_radius bound the retries. With a robust loss, r
+// and J are those of the reweighted problem [Qu18, Eq. 4.25-4.28], whose model has the cost's own
+// slope.
 
 #include <raybundle/solver/trust_region.h>
 
