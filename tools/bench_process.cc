@@ -203,6 +203,15 @@ std::string describe(const ProcessResult& result) {
   return "exit code " + std::to_string(result.code);
 }
 
+std::string complaint(const ProcessResult& result) {
+  std::string text = result.output;
+  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+  if (text.empty()) return describe(result);
+  std::size_t from = text.find("ceres_driver: ");
+  if (from == std::string::npos) from = text.rfind('\n') + 1;  // npos + 1 is 0
+  return text.substr(from, text.find('\n', from) - from);
+}
+
 std::filesystem::path find_program(const std::string& name) {
   const char* path = std::getenv("PATH");
   std::istringstream folders(path == nullptr ? "" : path);
