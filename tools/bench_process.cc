@@ -69,9 +69,8 @@ class SignalsHeld {
 };
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
-  std::vector<char*> all;
-  for (std::string& word : words) all.push_back(word.data());
-  all.push_back(nullptr);
+  std::vector<char*> all(words.size() + 1, nullptr);
+  for (std::size_t i = 0; i < words.size(); ++i) all[i] = words[i].data();
   return all;
 }
 
@@ -216,7 +215,7 @@ std::filesystem::path find_program(const std::string& name) {
   const char* path = std::getenv("PATH");
   std::istringstream folders(path == nullptr ? "" : path);
   for (std::string folder; std::getline(folders, folder, ':');) {
-    const auto candidate = std::filesystem::path(folder) / name;
+    auto candidate = std::filesystem::path(folder) / name;
     if (!folder.empty() && ::access(candidate.c_str(), X_OK) == 0) return candidate;
   }
   return {};

@@ -210,7 +210,7 @@ std::string write_reports(const BenchPlan& plan) {
   const Machine machine = machine_of(plan);
   io::write_file_atomically(plan.folder / "results.csv", results_csv(plan, results));
   io::write_file_atomically(plan.folder / "results.json", results_json(plan, results, machine));
-  const std::string complaint = write_plots(plan, results);
+  std::string complaint = write_plots(plan, results);
   io::write_file_atomically(plan.folder / "summary.md", summary_markdown(plan, results, machine));
   return complaint;
 }

@@ -167,7 +167,7 @@ class Runner {
     for (const char* ending : {".run.json", ".json", ".eval.json"}) fs::remove(with(base, ending));
     const ProcessResult result = run_process(request(job, base));
     const fs::path log = with(base, ".json");
-    const RunOutcome outcome = judge(result, job.variant->solver, fs::exists(log), job.stamp);
+    RunOutcome outcome = judge(result, job.variant->solver, fs::exists(log), job.stamp);
     compare_with_truth(job, base);
     if (outcome.status == RunStatus::interrupted) {
       fs::remove(log);

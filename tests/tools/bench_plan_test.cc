@@ -172,7 +172,7 @@ TEST_F(BenchStamp, AnOutcomeSurvivesItsFileAndATornOneIsNone) {
 }
 
 TEST(BenchOutcome, JudgedByHowTheProgramEnded) {
-  const auto status = [](ProcessResult result, bool has_log = true,
+  const auto status = [](const ProcessResult& result, bool has_log = true,
                          BenchSolver solver = BenchSolver::raybundle) {
     return judge(result, solver, has_log, "s").status;
   };
