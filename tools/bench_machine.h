@@ -21,6 +21,6 @@ Machine this_machine();
 
 std::string to_json(const Machine& machine);
 /// Throws InputError naming `source` when the text is something else.
-Machine machine_from_json(const std::string& json, const std::string& source);
+Machine machine_from_json(const std::string& text, const std::string& source);
 
 }  // namespace raybundle::tools

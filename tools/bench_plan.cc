@@ -91,14 +91,14 @@ BenchProblem scene(const std::string& text, const fs::path& folder) {
 }
 
 void set_best(std::vector<BenchProblem>& problems, const std::string& text) {
-  const auto [name, value] = split_named("--best", text);
+  const Named given = split_named("--best", text);
   const auto problem = std::find_if(problems.begin(), problems.end(),
-                                    [&](const BenchProblem& p) { return p.name == name; });
-  if (problem == problems.end()) throw OptionError("--best: there is no problem " + name);
+                                    [&](const BenchProblem& p) { return p.name == given.name; });
+  if (problem == problems.end()) throw OptionError("--best: there is no problem " + given.name);
   char* end = nullptr;
-  problem->best = std::strtod(value.c_str(), &end);
-  if (end == value.c_str() || *end != '\0' || !(problem->best >= 0)) {
-    throw OptionError("--best: '" + value + "' is no cost");
+  problem->best = std::strtod(given.value.c_str(), &end);
+  if (end == given.value.c_str() || *end != '\0' || !(problem->best >= 0)) {
+    throw OptionError("--best: '" + given.value + "' is no cost");
   }
 }
 

@@ -27,7 +27,7 @@ struct BenchArguments {
 
 std::string to_json(const BenchArguments& arguments);
 /// Throws InputError naming `source` when the text is something else.
-BenchArguments bench_arguments(const std::string& json, const std::string& source);
+BenchArguments bench_arguments(const std::string& text, const std::string& source);
 
 struct BenchProblem {
   std::string name;

@@ -69,9 +69,8 @@ class SignalsHeld {
 };
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
-  std::vector<char*> all;
-  for (std::string& word : words) all.push_back(word.data());
-  all.push_back(nullptr);
+  std::vector<char*> all(words.size() + 1, nullptr);
+  for (std::size_t i = 0; i < words.size(); ++i) all[i] = words[i].data();
   return all;
 }
 
@@ -203,11 +202,20 @@ std::string describe(const ProcessResult& result) {
   return "exit code " + std::to_string(result.code);
 }
 
+std::string complaint(const ProcessResult& result) {
+  std::string text = result.output;
+  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+  if (text.empty()) return describe(result);
+  std::size_t from = text.find("ceres_driver: ");
+  if (from == std::string::npos) from = text.rfind('\n') + 1;  // npos + 1 is 0
+  return text.substr(from, text.find('\n', from) - from);
+}
+
 std::filesystem::path find_program(const std::string& name) {
   const char* path = std::getenv("PATH");
   std::istringstream folders(path == nullptr ? "" : path);
   for (std::string folder; std::getline(folders, folder, ':');) {
-    const auto candidate = std::filesystem::path(folder) / name;
+    auto candidate = std::filesystem::path(folder) / name;
     if (!folder.empty() && ::access(candidate.c_str(), X_OK) == 0) return candidate;
   }
   return {};

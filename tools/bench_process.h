@@ -45,6 +45,10 @@ ProcessResult run_process(const ProcessRequest& request);
 /// "exit code 3", "signal 9".
 std::string describe(const ProcessResult& result);
 
+/// What it complained about, in one line: the last that it printed (but of the Ceres driver, which
+/// shows its options after it, the complaint itself); of one that was silent, how it ended.
+std::string complaint(const ProcessResult& result);
+
 /// Where PATH has a program of this name; empty: nowhere.
 std::filesystem::path find_program(const std::string& name);
 

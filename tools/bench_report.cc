@@ -100,6 +100,8 @@ std::string profile_table(const BenchPlan& plan, const std::vector<MedianResult>
     for (const double ratio : ratios) text += format(" %.0f %% |", 100 * share_at(all[v], ratio));
     text += "\n";
   }
+  const std::string plot = format("plots/profile_%.0e.svg", accuracies[which]);
+  if (std::filesystem::exists(plan.folder / plot)) text += "\n![Profile](" + plot + ")\n";
   return text + "\n";
 }
 
@@ -178,8 +180,8 @@ std::string summary_markdown(const BenchPlan& plan, const BenchResults& results,
   std::string text = "# Bench\n\n" + machine.processor + ", " + std::to_string(machine.cores) +
                      " cores, " + bytes_text(static_cast<double>(machine.memory)) + ", kernels " +
                      machine.instruction_set + ", " + machine.system + ".\nraybundle " +
-                     machine.version + " (" + machine.build + "). " +
-                     std::to_string(plan.arguments.runs) + " runs each, medians; " +
+                     machine.version + " (" + machine.build + "). " + "Medians of " +
+                     std::to_string(plan.arguments.runs) + " runs; " +
                      std::to_string(plan.arguments.threads) + " threads; time limit " +
                      format("%g", plan.arguments.time_limit) + " s.\n\n";
   for (const BenchVariant& variant : plan.variants) {
@@ -208,8 +210,9 @@ std::string write_reports(const BenchPlan& plan) {
   const Machine machine = machine_of(plan);
   io::write_file_atomically(plan.folder / "results.csv", results_csv(plan, results));
   io::write_file_atomically(plan.folder / "results.json", results_json(plan, results, machine));
+  std::string complaint = write_plots(plan, results);
   io::write_file_atomically(plan.folder / "summary.md", summary_markdown(plan, results, machine));
-  return write_plots(plan, results);
+  return complaint;
 }
 
 }  // namespace raybundle::tools

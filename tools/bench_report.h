@@ -15,7 +15,8 @@ std::string results_csv(const BenchPlan& plan, const BenchResults& results);
 std::string results_json(const BenchPlan& plan, const BenchResults& results,
                          const Machine& machine);
 
-/// Tables in Markdown: the medians per problem and variant, and the profiles at a few ratios.
+/// Tables in Markdown: the medians per problem and variant, and the profiles at a few ratios with
+/// the plots of them that are there.
 std::string summary_markdown(const BenchPlan& plan, const BenchResults& results,
                              const Machine& machine);
 

@@ -81,6 +81,8 @@ class Runner {
         make_scene(problem);
       } else if (!fs::is_regular_file(problem.file)) {
         throw InputError(problem.file.string(), 0, "no file", "the problem " + problem.name);
+      } else if (!problem.truth.empty() && !fs::is_regular_file(problem.truth)) {
+        throw InputError(problem.truth.string(), 0, "no file", "the truth of " + problem.name);
       }
     }
   }
@@ -102,8 +104,7 @@ class Runner {
     const ProcessResult result = run_process(request);
     if (result.interrupted) return;
     if (result.code != 0) {
-      throw InputError("--scene " + problem.name, 0,
-                       result.output.empty() ? describe(result) : result.output,
+      throw InputError("--scene " + problem.name, 0, complaint(result),
                        "arguments of `raybundle generate`");
     }
     io::write_file_atomically(recipe, words);
@@ -166,7 +167,7 @@ class Runner {
     for (const char* ending : {".run.json", ".json", ".eval.json"}) fs::remove(with(base, ending));
     const ProcessResult result = run_process(request(job, base));
     const fs::path log = with(base, ".json");
-    const RunOutcome outcome = judge(result, job.variant->solver, fs::exists(log), job.stamp);
+    RunOutcome outcome = judge(result, job.variant->solver, fs::exists(log), job.stamp);
     compare_with_truth(job, base);
     if (outcome.status == RunStatus::interrupted) {
       fs::remove(log);
@@ -187,8 +188,7 @@ class Runner {
     fs::remove(solution);
     if (result.code == 0 || result.interrupted || told_of_truth_) return;
     told_of_truth_ = true;
-    say("no comparison with the truth of " + job.problem->name + ": " +
-        (result.output.empty() ? describe(result) : result.output));
+    say("no comparison with the truth of " + job.problem->name + ": " + complaint(result));
   }
 
   void tell(const Job& job, const RunOutcome& outcome, std::size_t jobs) const {

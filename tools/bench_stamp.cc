@@ -37,12 +37,13 @@ std::uint64_t hash_of(std::istream& in) {
   return hash;
 }
 
-/// What the program complained about: the last line, but the Ceres driver adds its options below.
-std::string complaint(std::string text) {
-  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-  std::size_t from = text.find("ceres_driver: ");
-  if (from == std::string::npos) from = text.rfind('\n') + 1;  // npos + 1 is 0
-  return text.substr(from, text.find('\n', from) - from);
+std::string file_stamp(const fs::path& path) {
+  struct stat file {};
+  if (::stat(path.c_str(), &file) != 0) {
+    throw std::system_error(errno, std::generic_category(), path.string());
+  }
+  return format("%lld bytes, time %lld.%09ld", static_cast<long long>(file.st_size),
+                static_cast<long long>(file.st_mtim.tv_sec), file.st_mtim.tv_nsec);
 }
 
 /// Solvers say it in several ways when an allocation fails; the last is that of a thread's stack.
@@ -94,14 +95,10 @@ std::string run_stamp(const BenchProblem& problem, const BenchVariant& variant,
                       const std::string& processor) {
   std::string stamp = variant.solver == BenchSolver::ceres ? "ceres" : "raybundle";
   for (const std::string& word : variant.options) stamp += " '" + word + "'";
-  struct stat file {};
-  if (::stat(problem.file.c_str(), &file) != 0) {
-    throw std::system_error(errno, std::generic_category(), problem.file.string());
-  }
   stamp += format("; memory limit %llu", static_cast<unsigned long long>(arguments.memory_limit));
   stamp += "; program " + program.hash;
-  stamp += format("; problem of %lld bytes, time %lld.%09ld", static_cast<long long>(file.st_size),
-                  static_cast<long long>(file.st_mtim.tv_sec), file.st_mtim.tv_nsec);
+  stamp += "; problem of " + file_stamp(problem.file);
+  if (!problem.truth.empty()) stamp += "; truth of " + file_stamp(problem.truth);
   return stamp + "; on " + processor;
 }
 
@@ -115,8 +112,7 @@ RunOutcome judge(const ProcessResult& result, BenchSolver solver, bool has_log,
   outcome.wall_seconds = result.seconds;
   outcome.peak_bytes = result.peak_bytes;
   if (outcome.status == RunStatus::ok || outcome.status == RunStatus::failed) return outcome;
-  outcome.message = complaint(result.output);
-  if (outcome.message.empty()) outcome.message = describe(result);
+  outcome.message = complaint(result);
   return outcome;
 }
 

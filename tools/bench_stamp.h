@@ -43,8 +43,8 @@ struct BenchProgram {
 BenchProgram bench_program(const std::filesystem::path& path);
 
 /// Everything that a run's outcome and speed depend on: options, limits, content of the program,
-/// size and time of the problem's file, processor. Names of folders are no part of it, so that all
-/// can be moved. Throws std::system_error when the problem's file is not there.
+/// size and time of the files of problem and truth, processor. Names of folders are no part of it,
+/// so that all can be moved. Throws std::system_error when a file is not there.
 std::string run_stamp(const BenchProblem& problem, const BenchVariant& variant,
                       const BenchArguments& arguments, const BenchProgram& program,
                       const std::string& processor);

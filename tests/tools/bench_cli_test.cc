@@ -119,10 +119,43 @@ TEST_F(BenchCli, ARefusedVariantDoesNotStopTheOthers) {
   EXPECT_EQ(runs[1]["status"], "ok");
 }
 
+// The driver's part is played by a script: Ceres need not be there.
+TEST_F(BenchCli, TheRivalIsMeasuredLikeEveryVariant) {
+  const std::string driver = (folder_ / "driver").string();
+  test::write_text(driver, R"(#!/bin/sh
+[ "$OPENBLAS_NUM_THREADS" = 1 ] || exit 3
+case "$*" in *--fail*) echo "ceres_driver: cannot"; echo "  --fail"; exit 2;; esac
+[ "$1" = ")" + input_ + R"(" ] && [ "$2" = --output ] || exit 4
+echo '{"iterations": [
+  {"iteration": 0, "cost": 1e9, "seconds": 0.5, "gradient_norm": 7},
+  {"iteration": 1, "cost": 0.5, "seconds": 0.75, "gradient_norm": 3}],
+  "summary": {"initial_cost": 1e9, "final_cost": 0.5, "termination": "well, \"done\"",
+              "seconds": {"total": 0.8}}}' > "$3"
+)");
+  std::filesystem::permissions(driver, std::filesystem::perms::owner_all);
+  const Result result = run({"bench", "tiny=" + input_, "--ceres", driver, "--ceres-variant",
+                             "good=--x 1", "--ceres-variant", "bad=--fail 1", "--variant",
+                             "ours=--max-iterations 1", "--runs", "1", "-o", output_});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_TRUE(contains(result.errors, "refused: ceres_driver: cannot\n")) << result.errors;
+  const json report = results();
+  EXPECT_EQ(report["problems"][0]["best"], 0.5);
+  ASSERT_EQ(report["runs"].size(), 3u);
+  const json& good = report["runs"][1];
+  EXPECT_EQ(good["variant"], "good");
+  EXPECT_EQ(good["status"], "ok");
+  EXPECT_EQ(good["final_cost"], 0.5);
+  EXPECT_EQ(good["gradient_norm"], 3);
+  EXPECT_EQ(good["iterations"], 1);
+  EXPECT_EQ(good["seconds"], 0.8);
+  EXPECT_EQ(good["seconds_to_1e-3"], 0.75);
+  EXPECT_TRUE(contains(read_text(output_ + "/results.csv"), "\"well, \"\"done\"\"\""));
+}
+
 TEST_F(BenchCli, MemoryLimitIsAResult) {
   const Result result = run(words({"--runs", "1", "--variant", "a=", "--memory-limit", "1MB"}));
-  EXPECT_NE(result.code, 3) << result.errors;
-  EXPECT_NE(results()["runs"][0]["status"], "ok");
+  EXPECT_EQ(result.code, 0) << result.errors;
+  EXPECT_EQ(results()["runs"][0]["status"], "no-memory");
 }
 
 TEST_F(BenchCli, AnInterruptKeepsWhatIsDone) {

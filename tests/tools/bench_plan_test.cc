@@ -130,6 +130,12 @@ TEST_F(BenchStamp, ChangesWithEverythingThatARunDependsOn) {
   EXPECT_EQ(stamp(), before);
   write_text(problem_.file, "other content");
   EXPECT_NE(stamp(), before);
+  write_text(problem_.file, "content");
+  const std::string again = stamp();  // at another time
+  problem_.truth = problem_.file;
+  EXPECT_NE(stamp(), again);
+  problem_.truth = folder_ / "none";
+  EXPECT_THROW(stamp(), std::system_error);
 }
 
 TEST_F(BenchStamp, DoesNotDependOnTheFolder) {
@@ -166,7 +172,7 @@ TEST_F(BenchStamp, AnOutcomeSurvivesItsFileAndATornOneIsNone) {
 }
 
 TEST(BenchOutcome, JudgedByHowTheProgramEnded) {
-  const auto status = [](ProcessResult result, bool has_log = true,
+  const auto status = [](const ProcessResult& result, bool has_log = true,
                          BenchSolver solver = BenchSolver::raybundle) {
     return judge(result, solver, has_log, "s").status;
   };
@@ -183,16 +189,6 @@ TEST(BenchOutcome, JudgedByHowTheProgramEnded) {
   EXPECT_EQ(status({.signal = 15, .timed_out = true}), RunStatus::time_limit);
   EXPECT_EQ(status({.code = 0, .interrupted = true}), RunStatus::interrupted);
   EXPECT_EQ(status({.code = 2}, false, BenchSolver::ceres), RunStatus::refused);
-}
-
-TEST(BenchOutcome, TellsTheComplaint) {
-  const auto message = [](const std::string& output) {
-    return judge({.code = 2, .output = output}, BenchSolver::ceres, false, "s").message;
-  };
-  EXPECT_EQ(message("a warning\nthe error\n"), "the error");
-  EXPECT_EQ(message("one"), "one");
-  EXPECT_EQ(message("ceres_driver: no\n  --threads 1\n"), "ceres_driver: no");
-  EXPECT_EQ(message(""), "exit code 2");
 }
 
 TEST(BenchOutcome, OnlyWhatCameToAnEndOfItsOwnStands) {

@@ -29,6 +29,16 @@ TEST(BenchProcess, TellsHowAProgramEnded) {
   EXPECT_EQ(run_process({.command = {"/no/such/program"}}).code, 127);
 }
 
+TEST(BenchProcess, ComplaintIsOneLine) {
+  const auto said = [](const std::string& output) {
+    return complaint({.code = 2, .output = output});
+  };
+  EXPECT_EQ(said("a warning\nthe error\n"), "the error");
+  EXPECT_EQ(said("one"), "one");
+  EXPECT_EQ(said("ceres_driver: no\n  --threads 1\n"), "ceres_driver: no");
+  EXPECT_EQ(said("\n"), "exit code 2");
+}
+
 TEST(BenchProcess, KeepsTheEndOfALongOutput) {
   const ProcessResult result = run_process(
       shell("i=0; while [ $i -lt 2000 ]; do echo line $i; i=$((i + 1)); done; echo last"));
