@@ -15,9 +15,12 @@
 
 #include <raybundle/models/error.h>
 #include <raybundle/models/io/bal.h>
+#include <raybundle/models/scenes/aerial.h>
 #include <raybundle/models/scenes/noise.h>
+#include <raybundle/models/scenes/photos.h>
 #include <raybundle/models/scenes/presets.h>
 #include <raybundle/models/scenes/sphere.h>
+#include <raybundle/models/scenes/street.h>
 #include <raybundle/models/statistics.h>
 #include <raybundle/solver/option_table.h>
 #include <raybundle/tools/commands.h>
@@ -35,8 +38,9 @@ struct Arguments {
   std::uint64_t seed = 1;
   std::optional<std::uint64_t> noise_seed;
   std::optional<std::int64_t> cameras, points, observations;
-  std::optional<double> region;  // of some kinds only
-  std::optional<double> scale;   // of presets only
+  std::optional<double> region, far_share, height;  // of one kind each
+  std::optional<std::int64_t> lap, sights;
+  std::optional<double> scale;  // of presets only
   std::optional<double> pixel_noise, outliers;
   std::optional<double> start_rotation, start_position, start_focal, start_point;
 };
@@ -72,21 +76,53 @@ void take_counts(const Arguments& arguments, KindOptions& options) {
   take(arguments.observations, options.observations);
 }
 
-void check_kind_options(const Arguments& arguments, scenes::Kind kind) {
-  const std::string why = std::string("the scene is of the kind ") + scenes::name(kind);
-  if (kind != scenes::Kind::sphere) refuse("--region", arguments.region, why);
-  refuse("--scale", arguments.scale, "only presets have a size of their own");
-  if (arguments.observations.value_or(0) != 0) {
-    refuse("--region", arguments.region, "--observations decides what it is");
-  }
+/// Options of one kind of scene only. `given`: none for a preset.
+void check_kind_options(const Arguments& arguments, std::optional<scenes::Kind> given) {
+  using scenes::Kind;
+  const auto only_for = [&](Kind kind, const char* option, const auto& value) {
+    if (given == kind) return;
+    refuse(option, value, std::string("it is for the kind ") + scenes::name(kind));
+  };
+  only_for(Kind::sphere, "--region", arguments.region);
+  only_for(Kind::street, "--far", arguments.far_share);
+  only_for(Kind::street, "--lap", arguments.lap);
+  only_for(Kind::aerial, "--height", arguments.height);
+  only_for(Kind::photos, "--sights", arguments.sights);
 }
 
 scenes::Scene scene_of(const Arguments& arguments, scenes::Kind kind) {
   check_kind_options(arguments, kind);
-  scenes::SphereOptions options;
+  refuse("--scale", arguments.scale, "only presets have a size of their own");
+  switch (kind) {
+    case scenes::Kind::sphere: {
+      if (arguments.observations.value_or(0) != 0) {
+        refuse("--region", arguments.region, "--observations decides what it is");
+      }
+      scenes::SphereOptions options;
+      take_counts(arguments, options);
+      take(arguments.region, options.region);
+      return scenes::sphere_scene(options);
+    }
+    case scenes::Kind::street: {
+      scenes::StreetOptions options;
+      take_counts(arguments, options);
+      take(arguments.far_share, options.far_share);
+      take(arguments.lap, options.lap);
+      return scenes::street_scene(options);
+    }
+    case scenes::Kind::aerial: {
+      scenes::AerialOptions options;
+      take_counts(arguments, options);
+      take(arguments.height, options.height);
+      return scenes::aerial_scene(options);
+    }
+    case scenes::Kind::photos:
+      break;
+  }
+  scenes::PhotosOptions options;
   take_counts(arguments, options);
-  take(arguments.region, options.region);
-  return scenes::sphere_scene(options);
+  take(arguments.sights, options.sights);
+  return scenes::photos_scene(options);
 }
 
 Recipe preset_recipe(const Arguments& arguments) {
@@ -94,7 +130,7 @@ Recipe preset_recipe(const Arguments& arguments) {
   refuse("--cameras", arguments.cameras, why);
   refuse("--points", arguments.points, why);
   refuse("--observations", arguments.observations, why);
-  refuse("--region", arguments.region, arguments.what + " is a preset");
+  check_kind_options(arguments, std::nullopt);
   const scenes::Preset preset =
       scenes::resized(scenes::preset(arguments.what), arguments.scale.value_or(1));
   return {scenes::preset_scene(preset, arguments.seed), preset.noise, preset.start};
@@ -193,12 +229,20 @@ std::string what_help() {
   return "A kind (" + kinds + ")\nor a preset (" + names + ")";
 }
 
+/// The parser would take -1 for a large one.
+std::string is_seed(const std::string& text) {
+  return text.starts_with('-') ? text + " is below 0" : "";
+}
+
 void add_scene_options(CLI::App& parser, Arguments& arguments) {
-  parser.add_option("--seed", arguments.seed, "Seed of scene, noise and start [1]")->type_name("N");
+  parser.add_option("--seed", arguments.seed, "Seed of scene, noise and start [1]")
+      ->type_name("N")
+      ->check(is_seed, "");
   parser
       .add_option("--noise-seed", arguments.noise_seed,
                   "Seed of noise and start, for the same scene with others [that of the scene]")
-      ->type_name("N");
+      ->type_name("N")
+      ->check(is_seed, "");
   parser.add_option("--cameras", arguments.cameras, "Number of cameras [by kind]")->type_name("N");
   parser.add_option("--points", arguments.points, "Number of points [by kind]")->type_name("N");
   parser
@@ -209,6 +253,25 @@ void add_scene_options(CLI::App& parser, Arguments& arguments) {
       .add_option("--region", arguments.region,
                   "sphere: cameras stand within this angle of one direction, radians [0.6]")
       ->type_name("X");
+  parser
+      .add_option("--far", arguments.far_share,
+                  "street: share of the features, 0 to 1, that are far ahead [0.1]")
+      ->type_name("X");
+  parser
+      .add_option(
+          "--lap", arguments.lap,
+          "street: steps round the block until the way repeats, a multiple of 4; 0: no loop "
+          "[0]")
+      ->type_name("N");
+  parser
+      .add_option("--height", arguments.height,
+                  "aerial: of the flight, in distances between images; the higher, the less "
+                  "parallax [20]")
+      ->type_name("X");
+  parser
+      .add_option("--sights", arguments.sights,
+                  "photos: number of sights; 0: one per 60 cameras [0]")
+      ->type_name("N");
   parser.add_option("--scale", arguments.scale, "Presets: multiply the counts by this [1]")
       ->type_name("X");
 }
@@ -220,7 +283,7 @@ void add_noise_options(CLI::App& parser, Arguments& arguments) {
   add("--pixel-noise", arguments.pixel_noise, "Standard deviation of the observations, pixels [1]");
   add("--outliers", arguments.outliers, "Share of the observations, 0 to 1, that are wrong [0]");
   add("--start-rotation", arguments.start_rotation,
-      "Deviation of the starting rotation vectors, radians [0.002]");
+      "Deviation of the starting rotation vectors, radians [0.002, presets: their own]");
   add("--start-position", arguments.start_position,
       "... of the camera centres, relative to the depth of what they see [0.004]");
   add("--start-focal", arguments.start_focal, "... of the focal lengths, relative [0.01]");

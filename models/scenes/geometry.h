@@ -2,9 +2,9 @@
 
 #include <raybundle/models/scenes/random.h>
 
-/// The little geometry that scenes are made of, from + - * / and sqrt alone (no C library
-/// functions, no Eigen), so that the same seed gives the same bits everywhere. Everything that
-/// computes with it is compiled with -ffp-contract=off.
+/// The little geometry that scenes are made of, from + - * / and sqrt alone (no C library, no
+/// Eigen), so that the same seed gives the same bits everywhere. All that computes with it is
+/// compiled with -ffp-contract=off.
 namespace raybundle::scenes {
 
 inline constexpr double pi = 3.14159265358979323846;

@@ -1,6 +1,7 @@
 #include <raybundle/models/scenes/noise.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 
@@ -27,7 +28,7 @@ std::vector<std::int64_t> choose(std::int64_t count, std::int64_t size, Random& 
 }
 
 struct Depths {
-  std::vector<double> camera;  // harmonic mean of what it sees; 1 where that is nothing
+  std::vector<double> camera;  // 1 / root mean square of 1 / depth of what it sees, or 1
   std::vector<double> point;   // in the nearest camera
 };
 
@@ -38,7 +39,7 @@ Depths depths(const Problem& truth) {
     const double* c = truth.cameras.data() + j * Problem::camera_size;
     R_cw[j] = rotation_matrix({c[0], c[1], c[2]});
   }
-  std::vector<double> inverses(cameras, 0), counts(cameras, 0);
+  std::vector<double> squares(cameras, 0), counts(cameras, 0);
   Depths result;
   result.point.assign(static_cast<std::size_t>(truth.point_count()), largest);
   for (std::size_t k = 0; k < truth.observation_camera.size(); ++k) {
@@ -47,7 +48,7 @@ Depths depths(const Problem& truth) {
     const double t_z = truth.cameras[j * Problem::camera_size + 5];
     const double z = dot(R_cw[j].z, point_of(truth, static_cast<std::int64_t>(i))) + t_z;
     const double depth = z < 0 ? -z : z;
-    inverses[j] += 1 / depth;
+    squares[j] += 1 / (depth * depth);
     counts[j] += 1;
     result.point[i] = std::min(result.point[i], depth);
   }
@@ -56,7 +57,7 @@ Depths depths(const Problem& truth) {
   }
   result.camera.assign(cameras, 1);
   for (std::size_t j = 0; j < cameras; ++j) {
-    if (counts[j] > 0) result.camera[j] = counts[j] / inverses[j];
+    if (counts[j] > 0) result.camera[j] = std::sqrt(counts[j] / squares[j]);
   }
   return result;
 }

@@ -29,11 +29,11 @@ NoisyProblem add_noise(const Scene& scene, const NoiseOptions& options = {});
 struct StartOptions {
   std::uint64_t seed = 1;
   double rotation = 0.002;  ///< of each component of the rotation vectors, radians
-  double position = 0.004;  ///< of each coordinate of the camera centres, relative to ...
-                            ///< ... the harmonic mean depth of what the camera sees
+  double position = 0.004;  ///< of each coordinate of the camera centres, relative to the depth of
+                            ///< what it sees (1 / root mean square of 1 / depth)
   double focal = 0.01;      ///< of the focal lengths, relative; at most 0.25
-  double point = 0.004;     ///< of each coordinate of the points, relative to ...
-                            ///< ... the depth in the nearest camera that sees it
+  double point = 0.004;     ///< of each coordinate of the points, relative to their depth in the
+                            ///< nearest camera that sees them
 };
 
 /// The same observations from perturbed cameras and points. Throws InputError for deviations that

@@ -4,11 +4,24 @@
 #include <array>
 
 #include <raybundle/models/error.h>
+#include <raybundle/models/scenes/aerial.h>
 #include <raybundle/models/scenes/camera.h>
+#include <raybundle/models/scenes/photos.h>
 #include <raybundle/models/scenes/sphere.h>
+#include <raybundle/models/scenes/street.h>
 
 namespace raybundle::scenes {
 namespace {
+
+/// The usual start with all deviations multiplied.
+StartOptions worse(double factor) {
+  StartOptions start;
+  start.rotation *= factor;
+  start.position *= factor;
+  start.focal *= factor;
+  start.point *= factor;
+  return start;
+}
 
 std::vector<Preset> all_presets() {
   // Deviations that give RMSE of 42 and 9 for camera centres and points, amid the thesis' tables.
@@ -18,6 +31,12 @@ std::vector<Preset> all_presets() {
       {"sphere-50", Kind::sphere, 50, 1'000, 28'991, {}, far},
       {"sphere-100", Kind::sphere, 100, 4'000, 228'658, {}, far},
       {"sphere-500", Kind::sphere, 500, 5'000, 1'477'513, {}, far},
+      {"ladybug-1723", Kind::street, 1'723, 156'502, 678'718, {}, worse(1.4)},
+      {"trafalgar-257", Kind::photos, 257, 65'132, 225'911, {}, worse(1.3)},
+      {"dubrovnik-356", Kind::photos, 356, 226'730, 1'255'268, {}, worse(1.6)},
+      {"venice-1778", Kind::photos, 1'778, 993'923, 5'001'946, {}, worse(1.2)},
+      {"final-871", Kind::photos, 871, 527'480, 2'785'977, {}, worse(1.2)},
+      {"final-4585", Kind::photos, 4'585, 1'324'582, 9'125'125, {}, worse(1.2)},
   };
 }
 
@@ -59,7 +78,34 @@ Preset resized(const Preset& preset, double factor) {
 }
 
 Scene preset_scene(const Preset& preset, std::uint64_t seed) {
-  return sphere_scene({seed, preset.cameras, preset.points, preset.observations});
+  switch (preset.kind) {
+    case Kind::sphere:
+      return sphere_scene({.seed = seed,
+                           .cameras = preset.cameras,
+                           .points = preset.points,
+                           .observations = preset.observations});
+    case Kind::street: {
+      constexpr std::int64_t laps = 3, shortest_lap = 160;
+      const std::int64_t lap = preset.cameras / laps / 4 * 4;
+      return street_scene({.seed = seed,
+                           .cameras = preset.cameras,
+                           .points = preset.points,
+                           .observations = preset.observations,
+                           .far_share = 0.005,
+                           .lap = lap < shortest_lap ? 0 : lap});
+    }
+    case Kind::aerial:
+      return aerial_scene({.seed = seed,
+                           .cameras = preset.cameras,
+                           .points = preset.points,
+                           .observations = preset.observations});
+    case Kind::photos:
+      break;
+  }
+  return photos_scene({.seed = seed,
+                       .cameras = preset.cameras,
+                       .points = preset.points,
+                       .observations = preset.observations});
 }
 
 }  // namespace raybundle::scenes

@@ -11,7 +11,7 @@
 namespace raybundle::scenes {
 
 enum class Kind { sphere, street, aerial, photos };
-inline constexpr std::array all_kinds = {Kind::sphere};
+inline constexpr std::array all_kinds = {Kind::sphere, Kind::street, Kind::aerial, Kind::photos};
 
 const char* name(Kind kind);
 

@@ -1,98 +1,77 @@
-// A street for a forward-looking camera: two rows of house fronts along a winding path and, one
-// point in ten, features far ahead. Built with -ffp-contract=off, and from + - * / and sqrt alone
-// (no C library functions, no Eigen), so that the same options give the same bits everywhere.
+// A street for a forward-looking camera: two rows of house fronts along a winding path and, for a
+// share of the points, features far ahead.
 //
 // World frame: x right, y up, the street runs towards -z. Lengths are in steps between cameras.
 
 #include <raybundle/models/scenes/street.h>
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <raybundle/models/error.h>
-#include <raybundle/models/scenes/random.h>
+#include <raybundle/models/scenes/camera.h>
+#include <raybundle/models/scenes/track_lengths.h>
 
 namespace raybundle::scenes {
 namespace {
 
-constexpr double half_image_width = 640;   // pixels
-constexpr double half_image_height = 480;  // pixels
+constexpr double image_width = 1280;  // pixels
+constexpr double image_height = 960;
 constexpr double nominal_focal_length = 1000;
 constexpr double street_half_width = 6;
 constexpr double nearest_depth = 2;
-constexpr double far_share = 0.1;
 constexpr double bend_length = 40;   // steps over which the street turns to one side
 constexpr double bend_angle = 0.15;  // radians the heading swings to either side
 constexpr double longest_front_depth = 60;
 constexpr double longest_far_depth = 800;
+constexpr std::int64_t longest_front_track = 20;     // longer ones are planned for far features
+constexpr std::int64_t longest_planned_track = 150;  // bends end them
+constexpr std::int64_t corner_length = 20;           // steps, for a right angle
+constexpr std::int64_t shortest_lap = 4 * (corner_length + 20);
+constexpr double revisit_share = 0.2;
+constexpr int patience = 40;
+constexpr double least_parallax = 0.026;  // radians, between rays to a house front
 
-struct Vec3 {
-  double x = 0, y = 0, z = 0;
-};
-
-struct Camera {
-  Vec3 phi;     // rotation vector of R_cw
-  Vec3 centre;  // in the world
-  double f = nominal_focal_length, k1 = 0, k2 = 0;
-};
-
-struct Pixel {
-  double x = 0, y = 0, depth = 0;
-};
-
-/// sum_k (-x2)^k / (first (first + 1) ... (first + 2k)) scaled so that the first term is 1: with
-/// first = 2 this is sin(x)/x, with first = 3 it is 2 (1 - cos x)/x^2. For |x| < 1.
-double alternating_series(double x2, int first) {
-  double sum = 0;
-  for (int k = 10; k >= 1; --k) {
-    const int d = first + 2 * (k - 1);
-    sum = x2 / (d * (d + 1)) * (1 - sum);
-  }
-  return 1 - sum;
+/// How the street swings from side to side: a triangle wave that rises for `length` steps.
+double swing(double phase, double length) {
+  const double ramp = phase < length ? phase : 2 * length - phase;
+  return bend_angle * (2 * ramp / length - 1);
 }
 
-double sine(double x) { return x * alternating_series(x * x, 2); }
-double cosine(double x) { return 1 - 0.5 * x * x * alternating_series(x * x, 3); }
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-/// exp(phi) v by Rodrigues' formula [Qu18, Eq. 2.6], for |phi| < 1.
-Vec3 rotate(const Vec3& phi, const Vec3& v) {
-  const double angle2 = phi.x * phi.x + phi.y * phi.y + phi.z * phi.z;
-  const double a = alternating_series(angle2, 2);
-  const double b = 0.5 * alternating_series(angle2, 3);
-  const Vec3 c = cross(phi, v);
-  const Vec3 d = cross(phi, c);
-  return {v.x + a * c.x + b * d.x, v.y + a * c.y + b * d.y, v.z + a * c.z + b * d.z};
-}
-
-Vec3 normal_vector(Random& random, double deviation) {
-  Vec3 v;
-  v.x = deviation * random.normal();
-  v.y = deviation * random.normal();
-  v.z = deviation * random.normal();
-  return v;
-}
-
-Vec3 sum(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Vec3 difference(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-
-/// Heading of the street (radians, positive to the left) after `step` steps: a triangle wave.
+/// Heading of the street (radians, positive to the left) after `step` steps.
 double heading(std::int64_t step) {
-  const double phase = static_cast<double>(step % (2 * static_cast<std::int64_t>(bend_length)));
-  const double ramp = phase < bend_length ? phase : 2 * bend_length - phase;
-  return bend_angle * (2 * ramp / bend_length - 1);
+  const std::int64_t phase = step % (2 * static_cast<std::int64_t>(bend_length));
+  return swing(static_cast<double>(phase), bend_length);
 }
 
-std::vector<Camera> drive(std::int64_t count, Random& random) {
-  std::vector<Camera> cameras(static_cast<std::size_t>(count));
+/// The same round a block of four sides. Each is the one before, turned by a right angle, so that
+/// the way ends where it began.
+double heading(std::int64_t step, std::int64_t lap) {
+  const std::int64_t side = lap / 4;
+  const std::int64_t turns = step / side % 4;
+  const std::int64_t along = step % side;
+  const std::int64_t straight = side - corner_length;
+  double angle = 0.5 * pi * static_cast<double>(turns);
+  if (along < straight) {
+    angle += swing(static_cast<double>(along), 0.5 * static_cast<double>(straight));
+  } else {
+    const double share = static_cast<double>(along - straight) / corner_length;
+    angle += 0.5 * pi * share - bend_angle;
+  }
+  return angle > pi ? angle - 2 * pi : angle;
+}
+
+std::vector<Camera> drive(const StreetOptions& options, Random& random) {
+  std::vector<Camera> cameras(static_cast<std::size_t>(options.cameras));
   Vec3 path;
   std::int64_t step = 0;
   for (Camera& camera : cameras) {
-    const double yaw = heading(step++);
+    if (options.lap > 0 && step % options.lap == 0) path = {};
+    const double yaw = options.lap > 0 ? heading(step, options.lap) : heading(step);
+    ++step;
     path.x -= sine(yaw);
     path.z -= cosine(yaw);
     camera.centre = sum(path, normal_vector(random, 0.03));
@@ -105,14 +84,8 @@ std::vector<Camera> drive(std::int64_t count, Random& random) {
   return cameras;
 }
 
-/// The lens of BAL: p = -X_c.xy / X_c.z, u = f (1 + k1 |p|^2 + k2 |p|^4) p.
-Pixel project(const Camera& camera, const Vec3& X) {
-  const Vec3 X_c = rotate(camera.phi, difference(X, camera.centre));
-  const double x = -X_c.x / X_c.z;
-  const double y = -X_c.y / X_c.z;
-  const double p2 = x * x + y * y;
-  const double scale = camera.f * (1 + camera.k1 * p2 + camera.k2 * p2 * p2);
-  return {scale * x, scale * y, -X_c.z};
+Pixel see(const Camera& camera, const Vec3& X) {
+  return project(camera, rotate(camera.phi, difference(X, camera.centre)));
 }
 
 struct Feature {
@@ -121,14 +94,19 @@ struct Feature {
   std::int64_t limit = 0;  // longest track
 };
 
-/// A feature ahead of a camera, in that camera's frame: on a house front or far away.
-Feature feature_ahead(const Camera& camera, Random& random) {
+/// A feature ahead of a camera, in that camera's frame: on a house front or far away. One whose
+/// track is to be long is far away, and the farther ahead the longer that is.
+Feature feature_ahead(const Camera& camera, double far_share, std::int64_t planned,
+                      Random& random) {
   Feature feature;
   Vec3 X_c;
   const double tail = 1 / std::sqrt(1 - random.uniform());  // Pareto: P(tail > x) = 1 / x^2
-  if (random.uniform() < far_share) {
+  if (random.uniform() < far_share || planned > longest_front_track) {
+    const double width = planned > longest_front_track
+                             ? 0.6 * longest_front_track / static_cast<double>(planned)
+                             : 0.6;
     X_c.z = -random.uniform(0.25, 1) * longest_far_depth;
-    X_c.x = random.uniform(-0.6, 0.6) * X_c.z;
+    X_c.x = random.uniform(-width, width) * X_c.z;
     X_c.y = random.uniform(-0.05, 0.3) * -X_c.z;
     feature.reach = 2 * longest_far_depth;
     feature.limit = 2 + static_cast<std::int64_t>(6 * tail);
@@ -141,126 +119,217 @@ Feature feature_ahead(const Camera& camera, Random& random) {
     feature.reach = longest_front_depth;
     feature.limit = 1 + static_cast<std::int64_t>(3 * tail);
   }
+  if (planned > 0) feature.limit = 2 * planned + 2;  // not all who could see a feature find it
   const Vec3 away = {-camera.phi.x, -camera.phi.y, -camera.phi.z};
   feature.X = sum(camera.centre, rotate(away, X_c));
   return feature;
 }
 
 bool sees(const Camera& camera, const Feature& feature) {
-  const Pixel u = project(camera, feature.X);
-  return u.depth >= nearest_depth && u.depth <= feature.reach && u.x >= -half_image_width &&
-         u.x <= half_image_width && u.y >= -half_image_height && u.y <= half_image_height;
+  const Pixel u = see(camera, feature.X);
+  return u.depth >= nearest_depth && u.depth <= feature.reach && u.x >= -0.5 * image_width &&
+         u.x <= 0.5 * image_width && u.y >= -0.5 * image_height && u.y <= 0.5 * image_height;
 }
 
-struct Track {
-  std::int64_t first = 0, last = 0;  // cameras, last included
+/// Cameras that see a feature, in the order in which a track takes them up.
+using Track = std::vector<std::int64_t>;
+
+/// A track grows at these: forward and backward from a camera, on each visit of the place.
+struct Front {
+  std::int64_t next;
+  int step;
 };
 
-/// The run of cameras around `anchor` that see the feature, grown on both sides up to its limit.
-Track track(const std::vector<Camera>& cameras, const Feature& feature, std::int64_t anchor) {
+std::vector<Front> fronts_at(std::int64_t anchor, std::int64_t count, std::int64_t lap,
+                             Random& random) {
+  std::vector<Front> fronts = {{anchor + 1, 1}, {anchor - 1, -1}};
+  if (lap == 0) return fronts;
+  for (std::int64_t j = anchor % lap; j < count; j += lap) {
+    if (j == anchor) continue;
+    fronts.push_back({j, 1});
+    fronts.push_back({j - 1, -1});
+  }
+  // Some features are rather found again on another visit than in the next image.
+  if (random.uniform() < revisit_share) std::reverse(fronts.begin(), fronts.end());
+  return fronts;
+}
+
+Track track(const std::vector<Camera>& cameras, const Feature& feature, std::int64_t anchor,
+            std::vector<Front> fronts) {
+  const auto count = static_cast<std::int64_t>(cameras.size());
   const auto seen_by = [&](std::int64_t j) {
-    return j >= 0 && j < static_cast<std::int64_t>(cameras.size()) &&
-           sees(cameras[static_cast<std::size_t>(j)], feature);
+    return j >= 0 && j < count && sees(cameras[static_cast<std::size_t>(j)], feature);
   };
-  Track run = {anchor, anchor};
-  if (!seen_by(anchor)) return run;
-  bool forward = true, backward = true;
-  while ((forward || backward) && run.last - run.first + 1 < feature.limit) {
-    if (forward) forward = seen_by(run.last + 1);
-    if (forward) ++run.last;
-    if (run.last - run.first + 1 >= feature.limit) break;
-    if (backward) backward = seen_by(run.first - 1);
-    if (backward) --run.first;
+  Track seen;
+  if (!seen_by(anchor)) return seen;
+  seen.push_back(anchor);
+  while (!fronts.empty()) {
+    for (auto front = fronts.begin(); front != fronts.end();) {
+      if (static_cast<std::int64_t>(seen.size()) >= feature.limit) return seen;
+      if (seen_by(front->next)) {
+        seen.push_back(front->next);
+        front->next += front->step;
+        ++front;
+      } else {
+        front = fronts.erase(front);
+      }
+    }
   }
-  return run;
+  return seen;
 }
 
-void append_camera(Problem& problem, const Camera& camera) {
-  const Vec3 t = rotate(camera.phi, camera.centre);
-  problem.cameras.insert(problem.cameras.end(), {camera.phi.x, camera.phi.y, camera.phi.z});
-  problem.cameras.insert(problem.cameras.end(), {-t.x, -t.y, -t.z});
-  problem.cameras.insert(problem.cameras.end(), {camera.f, camera.k1, camera.k2});
-}
-
-void append_point(Problem& problem, const Vec3& X) {
-  problem.points.insert(problem.points.end(), {X.x, X.y, X.z});
-}
-
-void append_observation(Problem& problem, std::int64_t camera, std::int64_t point, double x,
-                        double y) {
-  problem.observation_camera.push_back(static_cast<std::int32_t>(camera));
-  problem.observation_point.push_back(static_cast<std::int32_t>(point));
-  problem.observations.insert(problem.observations.end(), {x, y});
-}
-
-/// Draws features ahead of a camera until at least two cameras see one (about every second does).
-void append_feature(StreetScene& scene, const std::vector<Camera>& cameras, std::int64_t point,
-                    const StreetOptions& options, Random& random) {
-  const std::int64_t anchor = point % static_cast<std::int64_t>(cameras.size());
-  const Camera& camera = cameras[static_cast<std::size_t>(anchor)];
-  Feature feature;
-  Track run;
-  do {
-    feature = feature_ahead(camera, random);
-    run = track(cameras, feature, anchor);
-  } while (run.last == run.first);
-
-  append_point(scene.truth, feature.X);
-  const double deviation = options.point_noise * project(camera, feature.X).depth;
-  append_point(scene.start, sum(feature.X, normal_vector(random, deviation)));
-  for (std::int64_t j = run.first; j <= run.last; ++j) {
-    const Pixel u = project(cameras[static_cast<std::size_t>(j)], feature.X);
-    const double x = u.x + options.pixel_noise * random.normal();
-    const double y = u.y + options.pixel_noise * random.normal();
-    append_observation(scene.truth, j, point, x, y);
+/// Puts the camera whose ray to X is farthest from the first one's in second place. Returns the
+/// sine of that angle.
+double widen(Track& track, const std::vector<Camera>& cameras, const Vec3& X) {
+  const auto ray = [&](std::int64_t j) {
+    const Vec3 d = difference(X, cameras[static_cast<std::size_t>(j)].centre);
+    return scaled(1 / norm(d), d);
+  };
+  const Vec3 first = ray(track[0]);
+  double most = -1;
+  for (std::size_t k = 1; k < track.size(); ++k) {
+    const double angle = norm(cross(first, ray(track[k])));
+    if (angle <= most) continue;
+    most = angle;
+    std::swap(track[1], track[k]);
   }
+  return most;
 }
 
-void check_count(std::int64_t value, std::int64_t least, const std::string& what) {
-  constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
-  if (value >= least && value <= most) return;
-  throw InputError("street scene", 0, std::to_string(value) + " " + what,
-                   std::to_string(least) + " to " + std::to_string(most));
-}
+/// The scene, and of each point the camera it was drawn for.
+class Street {
+ public:
+  explicit Street(const StreetOptions& options)
+      : options_(options),
+        plan_random_(options.seed, 3),
+        plan_(options.points, options.observations,
+              std::min(options.cameras, longest_planned_track), plan_random_) {}
 
-void check_noise(double value, const std::string& what) {
-  if (value >= 0 && value <= std::numeric_limits<double>::max()) return;
-  throw InputError("street scene", 0, what + " of " + std::to_string(value),
-                   "a number that is finite and not negative");
-}
+  /// Draws features ahead of a camera until at least two cameras see one (about every second does),
+  /// or as many as planned; after many attempts it is the feature seen by the most.
+  void draw(std::int64_t point, const std::vector<Camera>& cameras, Random& random) {
+    const std::int64_t anchor = anchor_of(point);
+    const Camera& camera = cameras[static_cast<std::size_t>(anchor)];
+    const std::int64_t planned = plan_.exists() ? plan_.wanted(point) : 0;
+    const auto enough = static_cast<std::size_t>(std::max<std::int64_t>(2, planned));
+    track_.clear();
+    for (int attempt = 0; track_.size() < enough; ++attempt) {
+      if (attempt >= patience && track_.size() >= 2) break;
+      const Feature feature = feature_ahead(camera, options_.far_share, planned, random);
+      Track found = track(cameras, feature, anchor,
+                          fronts_at(anchor, options_.cameras, options_.lap, random));
+      if (found.size() < std::max<std::size_t>(2, track_.size() + 1)) continue;
+      // Plans copy real problems, whose makers had left out most points of little parallax.
+      if (plan_.exists() && widen(found, cameras, feature.X) < least_parallax &&
+          feature.reach == longest_front_depth && attempt < patience) {
+        continue;
+      }
+      X_ = feature.X;
+      track_ = std::move(found);
+    }
+    if (plan_.exists()) {
+      const auto available = static_cast<std::int64_t>(track_.size());
+      thin(static_cast<std::size_t>(plan_.settle(point, available, plan_random_)));
+    }
+    std::sort(track_.begin(), track_.end());
+  }
+
+  std::int64_t anchor_of(std::int64_t point) const { return point % options_.cameras; }
+  const Vec3& X() const { return X_; }                ///< of the point drawn last
+  const Track& track_of_X() const { return track_; }  ///< ascending
+
+ private:
+  /// Keeps the anchor, the camera with the most parallax to it, and others at random.
+  void thin(std::size_t length) {
+    for (std::size_t k = 2; k < length; ++k) {
+      const auto rest = static_cast<std::int64_t>(track_.size() - k);
+      std::swap(track_[k], track_[k + static_cast<std::size_t>(plan_random_.below(rest))]);
+    }
+    track_.resize(length);
+  }
+
+  StreetOptions options_;
+  Random plan_random_;
+  TrackPlan plan_;
+  Vec3 X_;
+  Track track_;
+};
 
 void check(const StreetOptions& options) {
-  check_count(options.cameras, 2, "cameras");
-  check_count(options.points, 1, "points");
-  check_noise(options.pixel_noise, "pixel noise");
-  check_noise(options.rotation_noise, "rotation noise");
-  check_noise(options.position_noise, "position noise");
-  check_noise(options.point_noise, "point noise");
+  check_count("street scene", options.cameras, 2, "cameras");
+  check_count("street scene", options.points, 1, "points");
+  check_observations("street scene", options.observations, options.cameras, options.points);
+  check_range("street scene", options.far_share, 0, 1, "far share");
+  const bool good = options.lap == 0 || (options.lap >= shortest_lap && options.lap % 4 == 0);
+  if (good) return;
+  throw InputError("street scene", 0, "a lap of " + std::to_string(options.lap) + " steps",
+                   "0 or a multiple of 4 of at least " + std::to_string(shortest_lap));
+}
+
+/// Errors of deviation 1, drawn in between so that street() has the numbers it always had.
+struct Errors {
+  std::vector<Vec3> rotations, centres, points;
+  std::vector<double> pixels;
+};
+
+struct Drawn {
+  Scene scene;
+  std::vector<Camera> cameras;
+  Errors errors;
+};
+
+Drawn draw(const StreetOptions& options) {
+  check(options);
+  Random camera_random(options.seed, 1), feature_random(options.seed, 2);
+  Drawn drawn = {{{}, image_width, image_height}, drive(options, camera_random), {}};
+  Problem& truth = drawn.scene.truth;
+  Errors& errors = drawn.errors;
+  for (const Camera& camera : drawn.cameras) {
+    append_camera(truth, camera);
+    errors.rotations.push_back(normal_vector(camera_random, 1));
+    errors.centres.push_back(normal_vector(camera_random, 1));
+  }
+  Street street(options);
+  for (std::int64_t i = 0; i < options.points; ++i) {
+    street.draw(i, drawn.cameras, feature_random);
+    append_point(truth, street.X());
+    errors.points.push_back(normal_vector(feature_random, 1));
+    for (const std::int64_t j : street.track_of_X()) {
+      append_observation(truth, j, see(drawn.cameras[static_cast<std::size_t>(j)], street.X()));
+      errors.pixels.push_back(feature_random.normal());
+      errors.pixels.push_back(feature_random.normal());
+    }
+  }
+  return drawn;
 }
 
 }  // namespace
 
-StreetScene street_scene(const StreetOptions& options) {
-  check(options);
-  Random camera_random(options.seed, 1), feature_random(options.seed, 2);
-  StreetScene scene;
-  const std::vector<Camera> cameras = drive(options.cameras, camera_random);
-  for (const Camera& camera : cameras) {
-    append_camera(scene.truth, camera);
-    Camera start;  // its lens is the nominal one
-    start.phi = sum(camera.phi, normal_vector(camera_random, options.rotation_noise));
-    start.centre = sum(camera.centre, normal_vector(camera_random, options.position_noise));
-    append_camera(scene.start, start);
-  }
-  for (std::int64_t i = 0; i < options.points; ++i) {
-    append_feature(scene, cameras, i, options, feature_random);
-  }
-  scene.start.observation_camera = scene.truth.observation_camera;
-  scene.start.observation_point = scene.truth.observation_point;
-  scene.start.observations = scene.truth.observations;
-  return scene;
-}
+Scene street_scene(const StreetOptions& options) { return draw(options).scene; }
 
-Problem street(const StreetOptions& options) { return street_scene(options).start; }
+Problem street(const StreetOptions& options) {
+  constexpr double rotation_error = 0.005, centre_error = 0.1, point_error = 0.01;
+  constexpr double pixel_error = 0.5;
+  const Drawn drawn = draw(options);
+  const Errors& errors = drawn.errors;
+  Problem start = drawn.scene.truth;
+  start.cameras.clear();
+  start.points.clear();
+  for (std::size_t j = 0; j < drawn.cameras.size(); ++j) {
+    Camera camera = {{}, {}, nominal_focal_length, 0, 0};
+    camera.phi = sum(drawn.cameras[j].phi, scaled(rotation_error, errors.rotations[j]));
+    camera.centre = sum(drawn.cameras[j].centre, scaled(centre_error, errors.centres[j]));
+    append_camera(start, camera);
+  }
+  for (std::size_t i = 0; i < errors.points.size(); ++i) {
+    const Vec3 X = point_of(drawn.scene.truth, static_cast<std::int64_t>(i));
+    const double deviation = point_error * see(drawn.cameras[i % drawn.cameras.size()], X).depth;
+    append_point(start, sum(X, scaled(deviation, errors.points[i])));
+  }
+  for (std::size_t k = 0; k < errors.pixels.size(); ++k) {
+    start.observations[k] += pixel_error * errors.pixels[k];
+  }
+  return start;
+}
 
 }  // namespace raybundle::scenes

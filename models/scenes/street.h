@@ -1,10 +1,9 @@
 #pragma once
 
-#include <raybundle/models/problem.h>
+#include <raybundle/models/scenes/scene.h>
 
 #include <cstdint>
 
-/// Synthetic scenes: problems made from a seed, the same bits on every machine and compiler.
 namespace raybundle::scenes {
 
 /// A camera driving down a street of house fronts, looking forward, with far features ahead.
@@ -13,23 +12,19 @@ struct StreetOptions {
   std::uint64_t seed = 1;
   std::int64_t cameras = 30;
   std::int64_t points = 3000;
-  double pixel_noise = 0.5;       ///< standard deviation of the observations, pixels
-  double rotation_noise = 0.005;  ///< of the starting rotation vectors, radians
-  double position_noise = 0.1;    ///< of the starting camera centres, steps
-  double point_noise = 0.01;      ///< of the starting points, relative to their depth
-};
-
-/// A problem with its known answer. Both hold the same noisy observations.
-struct StreetScene {
-  Problem start;  ///< perturbed poses and points, nominal lenses
-  Problem truth;  ///< what the observations were made from
+  std::int64_t observations = 0;  ///< 0: what the geometry gives
+  double far_share = 0.1;         ///< of the features that are hundreds of steps ahead, 0 to 1
+  std::int64_t lap = 0;           ///< steps round the block, then the same way again; 0: no loop
 };
 
 /// Every point is seen by at least two cameras. Throws InputError for counts below 2 cameras or
-/// 1 point, counts a 32-bit index cannot hold, and noise that is negative or not finite.
-StreetScene street_scene(const StreetOptions& options = {});
+/// 1 point, counts a 32-bit index cannot hold, a number of observations that is impossible, a
+/// share outside 0 to 1, and a lap that is neither 0 nor a multiple of 4 of at least 160.
+Scene street_scene(const StreetOptions& options = {});
 
-/// The start alone: the problem to solve.
+/// The small problem at hand for a first solve: the scene with 0.5 pixels of noise, as its cameras
+/// start with errors of 0.005 radians and 0.1 steps and the nominal lens, its points with errors of
+/// 1 % of their depth. These errors are drawn with the scene, other than those of noise.h.
 Problem street(const StreetOptions& options = {});
 
 }  // namespace raybundle::scenes

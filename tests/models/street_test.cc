@@ -1,7 +1,6 @@
 #include <raybundle/models/scenes/street.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -12,46 +11,23 @@
 #include <gtest/gtest.h>
 
 #include <raybundle/models/error.h>
+#include <raybundle/models/scenes/camera.h>
 #include <raybundle/models/scenes/random.h>
 #include <raybundle/models/statistics.h>
+#include <raybundle/tests/models/scene_hash.h>
 
 namespace raybundle::scenes {
 namespace {
 
-/// FNV-1a over 64-bit words: the same on machines of either byte order.
-class Hash {
- public:
-  void add(std::uint64_t word) {
-    for (int k = 0; k < 8; ++k, word >>= 8) value_ = (value_ ^ (word & 0xFF)) * 0x100000001B3U;
-  }
-  void add(const std::vector<double>& values) {
-    for (const double x : values) add(std::bit_cast<std::uint64_t>(x));
-  }
-  void add(const std::vector<std::int32_t>& values) {
-    for (const std::int32_t i : values) add(static_cast<std::uint64_t>(i));
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xCBF29CE484222325U;
-};
-
-std::uint64_t hash(const Problem& problem) {
-  Hash result;
-  result.add(problem.cameras);
-  result.add(problem.points);
-  result.add(problem.observation_camera);
-  result.add(problem.observation_point);
-  result.add(problem.observations);
-  return result.value();
-}
+using test::hash;
+using test::Hash;
 
 TEST(Random, BitsArePinned) {
   Random random(1);
   EXPECT_EQ(random.bits(), 0xA4F53D3266AE449EU);
   EXPECT_EQ(random.bits(), 0xF53FEDF0B2F7A850U);
   Hash normals;
-  for (int k = 0; k < 1000; ++k) normals.add(std::bit_cast<std::uint64_t>(random.normal()));
+  for (int k = 0; k < 1000; ++k) normals.add(random.normal());
   EXPECT_EQ(normals.value(), 0xD8155D063955ABC2U);
 }
 
@@ -106,29 +82,20 @@ TEST(Random, BelowReachesEveryValue) {
 
 TEST(Street, DefaultSceneIsPinned) {
   // Must hold for every compiler, machine and set of flags.
-  const StreetScene scene = street_scene();
-  EXPECT_EQ(hash(scene.start), 0x44D624FE572B3B73U);
-  EXPECT_EQ(hash(scene.truth), 0x72685159046EEA1EU);
+  EXPECT_EQ(hash(street()), 0x44D624FE572B3B73U);
+  EXPECT_EQ(hash(street_scene({.observations = 9000}).truth), 0x349982CFF5BAC4F8U);
+  EXPECT_EQ(hash(street_scene({.cameras = 400, .lap = 200}).truth), 0x6D5414DBFB73662BU);
 }
 
 TEST(Street, DependsOnItsOptionsOnly) {
-  EXPECT_EQ(hash(street()), hash(street_scene().start));
+  EXPECT_EQ(hash(street()), hash(street()));
   EXPECT_EQ(hash(street({.seed = 5, .cameras = 9})), hash(street({.seed = 5, .cameras = 9})));
   EXPECT_NE(hash(street({.seed = 5})), hash(street({.seed = 6})));
 }
 
-TEST(Street, NoiseDoesNotChangeWhatIsThere) {
-  const StreetScene quiet = street_scene({.pixel_noise = 0});
-  const StreetScene loud =
-      street_scene({.pixel_noise = 3, .rotation_noise = 0.1, .position_noise = 1});
-  EXPECT_EQ(quiet.truth.cameras, loud.truth.cameras);
-  EXPECT_EQ(quiet.truth.points, loud.truth.points);
-  EXPECT_EQ(quiet.truth.observation_camera, loud.truth.observation_camera);
-}
-
 TEST(Street, HasTheShapeOfARealProblem) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    const StreetScene scene = street_scene({.seed = seed});
+    const Scene scene = street_scene({.seed = seed});
     const StructureStatistics s = structure_statistics(scene.truth);
     EXPECT_EQ(s.cameras, 30);
     EXPECT_EQ(s.points, 3000);
@@ -140,7 +107,7 @@ TEST(Street, HasTheShapeOfARealProblem) {
     EXPECT_LE(s.mean_track_length, 10);
     EXPECT_GE(s.low_parallax_points, 100);  // far features and features straight ahead
     EXPECT_EQ(reprojection_statistics(scene.truth).behind_camera, 0);
-    EXPECT_EQ(reprojection_statistics(scene.start).behind_camera, 0);
+    EXPECT_EQ(reprojection_statistics(street({.seed = seed})).behind_camera, 0);
   }
 }
 
@@ -153,35 +120,58 @@ TEST(Street, ObservationsAreSortedByPointThenCamera) {
   EXPECT_TRUE(std::is_sorted(pairs.begin(), pairs.end()));
 }
 
-TEST(Street, TruthFitsUpToThePixelNoise) {
-  for (const double noise : {0.0, 0.5, 4.0}) {
-    const Problem truth = street_scene({.pixel_noise = noise}).truth;
-    // Two components per observation; four standard deviations of their root mean square.
-    const double count = 2.0 * static_cast<double>(truth.observation_count());
-    const double rmse = reprojection_statistics(truth).rmse / std::sqrt(2.0);
-    EXPECT_NEAR(rmse, noise, 4 * noise / std::sqrt(2 * count) + 1e-12);
+TEST(Street, IsExact) {
+  for (const std::int64_t lap : {0, 200}) {
+    const Problem truth = street_scene({.cameras = 300, .lap = lap}).truth;
+    EXPECT_LT(reprojection_statistics(truth).largest, 1e-8);
   }
 }
 
-TEST(Street, StartIsWorseThanTheTruthBySomeHundredTimes) {
-  const StreetScene scene = street_scene();
-  const double ratio =
-      reprojection_statistics(scene.start).cost / reprojection_statistics(scene.truth).cost;
+TEST(Street, StartsFromTheSceneWithHalfAPixelOfNoise) {
+  const Problem start = street();
+  Problem truth = street_scene().truth;
+  EXPECT_EQ(start.observation_camera, truth.observation_camera);
+  EXPECT_EQ(start.observation_point, truth.observation_point);
+  truth.observations = start.observations;
+  const double at_truth = reprojection_statistics(truth).cost;
+  const double count = 2.0 * static_cast<double>(truth.observation_count());
+  EXPECT_NEAR(std::sqrt(2 * at_truth / count), 0.5, 4 * 0.5 / std::sqrt(2 * count));
+  const double ratio = reprojection_statistics(start).cost / at_truth;
   EXPECT_GT(ratio, 50);
   EXPECT_LT(ratio, 1000);
 }
 
-TEST(Street, StartIsOffByTheNoiseAskedFor) {
-  const StreetScene scene =
-      street_scene({.cameras = 400, .points = 400, .rotation_noise = 0.02, .position_noise = 0});
-  double squares = 0;
-  for (std::size_t j = 0; j < scene.start.cameras.size(); j += 9) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double d = scene.start.cameras[j + k] - scene.truth.cameras[j + k];
-      squares += d * d;
-    }
+TEST(Street, HasTheObservationsAskedFor) {
+  for (const std::int64_t observations : {10000, 21000, 40000}) {
+    const Problem truth =
+        street_scene({.cameras = 100, .points = 5000, .observations = observations}).truth;
+    const StructureStatistics s = structure_statistics(truth);
+    EXPECT_EQ(s.observations, observations);
+    EXPECT_EQ(s.points_seen_once + s.unobserved_points + s.duplicate_observations, 0);
+    EXPECT_EQ(s.components, 1);
+    EXPECT_GE(s.fewest_observations, 50);
   }
-  EXPECT_NEAR(std::sqrt(squares / 1200), 0.02, 4 * 0.02 / std::sqrt(2400));
+}
+
+TEST(Street, LoopsCloseAndAreSeenToClose) {
+  const std::int64_t lap = 200;
+  const Problem truth =
+      street_scene({.cameras = 500, .points = 10000, .observations = 45000, .lap = lap}).truth;
+  EXPECT_LT(reprojection_statistics(truth).largest, 1e-8);
+  for (std::int64_t j = 0; j < 300; ++j) {  // the same place again
+    const Vec3 d = difference(camera_of(truth, j).centre, camera_of(truth, j + lap).centre);
+    EXPECT_LT(norm(d), 0.5);
+  }
+  const double seam =
+      norm(difference(camera_of(truth, lap - 1).centre, camera_of(truth, lap).centre));
+  EXPECT_NEAR(seam, 1, 0.3);
+  std::int64_t revisits = 0;
+  for (std::size_t k = 1; k < truth.observation_camera.size(); ++k) {
+    if (truth.observation_point[k] != truth.observation_point[k - 1]) continue;
+    if (truth.observation_camera[k] - truth.observation_camera[k - 1] > lap / 2) ++revisits;
+  }
+  EXPECT_GT(revisits, 1000);
+  EXPECT_EQ(structure_statistics(truth).components, 1);
 }
 
 TEST(Street, SmallestScenes) {
@@ -201,16 +191,13 @@ TEST(Street, LongStreetsStayOneProblem) {
 }
 
 TEST(Street, RefusesWhatMakesNoSense) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const double infinity = std::numeric_limits<double>::infinity();
   EXPECT_THROW(street({.cameras = 1}), InputError);
   EXPECT_THROW(street({.cameras = -5}), InputError);
   EXPECT_THROW(street({.points = 0}), InputError);
+  EXPECT_THROW(street({.observations = 5999}), InputError);
+  EXPECT_THROW(street({.lap = 100}), InputError);
+  EXPECT_THROW(street({.lap = 201}), InputError);
   EXPECT_THROW(street({.points = std::int64_t{1} << 31}), InputError);
-  EXPECT_THROW(street({.pixel_noise = -1}), InputError);
-  EXPECT_THROW(street({.rotation_noise = nan}), InputError);
-  EXPECT_THROW(street({.position_noise = infinity}), InputError);
-  EXPECT_THROW(street({.point_noise = -0.1}), InputError);
 }
 
 }  // namespace

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <raybundle/models/scenes/random.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace raybundle::scenes {
+
+/// Lengths of `points` tracks, 2 to `longest`, that add up to `observations` where they can, in
+/// random order. Their shares fall as theta^L / L^2, with the theta that gives their mean: with
+/// theta near 0.9 this is how the tracks of the files of Bundle Adjustment in the Large are
+/// distributed (docs/decisions.md), and it keeps their heavy tail in larger problems.
+std::vector<std::int32_t> draw_track_lengths(std::int64_t points, std::int64_t observations,
+                                             std::int64_t longest, Random& random);
+
+/// Hands out such lengths to points that may be seen by fewer cameras than they should be.
+class TrackPlan {
+ public:
+  /// Without observations there is no plan.
+  TrackPlan(std::int64_t points, std::int64_t observations, std::int64_t longest, Random& random);
+
+  bool exists() const { return !lengths_.empty(); }
+  /// Length that point i should have, with something of what its forerunners lacked. Points come
+  /// in order.
+  std::int64_t wanted(std::int64_t i) const;
+  /// Length for point i, which `available` cameras see. What it lacks others make up for.
+  std::int64_t settle(std::int64_t i, std::int64_t available, Random& random);
+
+ private:
+  std::vector<std::int32_t> lengths_;
+  std::int64_t missing_ = 0;
+};
+
+}  // namespace raybundle::scenes

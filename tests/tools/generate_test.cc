@@ -1,0 +1,153 @@
+// raybundle generate, as its users meet it.
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <raybundle/models/io/bal.h>
+#include <raybundle/models/scenes/presets.h>
+#include <raybundle/models/statistics.h>
+#include <raybundle/tests/support/temporary_folder.h>
+#include <raybundle/tests/tools/process.h>
+
+namespace raybundle::tools {
+namespace {
+
+using test::read_text;
+using test::Result;
+using test::run;
+using test::TemporaryFolder;
+using Words = std::vector<std::string>;
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+class Generate : public testing::Test {
+ protected:
+  Result generate(Words words) const {
+    words.insert(words.begin(), "generate");
+    words.insert(words.end(), {"-o", output_});
+    return run(words);
+  }
+
+  TemporaryFolder folder_;
+  std::string output_ = (folder_ / "scene.txt").string();
+  std::string truth_ = (folder_ / "scene.truth.txt").string();
+};
+
+TEST_F(Generate, WritesStartAndTruthOfEveryKind) {
+  for (const std::string kind : {"sphere", "street", "aerial", "photos"}) {
+    const Result result = generate({kind, "--cameras", "12", "--points", "300"});
+    ASSERT_EQ(result.code, 0) << result.errors;
+    const Problem start = io::read_bal(output_);
+    const Problem truth = io::read_bal(truth_);
+    EXPECT_EQ(start.camera_count(), 12);
+    EXPECT_EQ(start.point_count(), 300);
+    EXPECT_EQ(start.observations, truth.observations);
+    EXPECT_EQ(start.observation_camera, truth.observation_camera);
+    const double rmse = reprojection_statistics(truth).rmse;
+    EXPECT_GT(rmse, 1.2) << kind;  // 1 pixel in either direction
+    EXPECT_LT(rmse, 1.6) << kind;
+    EXPECT_GT(reprojection_statistics(start).rmse, 3 * rmse) << kind;
+    EXPECT_TRUE(contains(result.output, "scene.truth.txt")) << result.output;
+    EXPECT_TRUE(contains(result.output, "300")) << result.output;
+  }
+}
+
+TEST_F(Generate, IsTheLibrarysPreset) {
+  const Result result = generate({"sphere-10", "--seed", "7"});
+  ASSERT_EQ(result.code, 0) << result.errors;
+  const scenes::Scene scene = scenes::preset_scene(scenes::preset("sphere-10"), 7);
+  const Problem truth = io::read_bal(truth_);
+  EXPECT_EQ(truth.cameras, scene.truth.cameras);
+  EXPECT_EQ(truth.points, scene.truth.points);
+  EXPECT_EQ(truth.observation_count(), 1834);
+}
+
+TEST_F(Generate, ScalesPresets) {
+  ASSERT_EQ(generate({"trafalgar-257", "--scale", "0.1"}).code, 0);
+  const Problem start = io::read_bal(output_);
+  EXPECT_EQ(start.camera_count(), 26);
+  EXPECT_EQ(start.point_count(), 6513);
+}
+
+TEST_F(Generate, NoiseSeedLeavesTheSceneAsItIs) {
+  ASSERT_EQ(generate({"sphere"}).code, 0);
+  const Problem one = io::read_bal(truth_);
+  ASSERT_EQ(generate({"sphere", "--noise-seed", "2"}).code, 0);
+  const Problem two = io::read_bal(truth_);
+  EXPECT_EQ(one.cameras, two.cameras);
+  EXPECT_EQ(one.points, two.points);
+  EXPECT_NE(one.observations, two.observations);
+  ASSERT_EQ(generate({"sphere", "--seed", "2"}).code, 0);
+  EXPECT_NE(one.cameras, io::read_bal(truth_).cameras);
+}
+
+TEST_F(Generate, TakesNoiseAndStart) {
+  const Result exact =
+      generate({"sphere", "--pixel-noise", "0", "--start-rotation", "0", "--start-position", "0",
+                "--start-focal", "0", "--start-point", "0"});
+  ASSERT_EQ(exact.code, 0) << exact.errors;
+  EXPECT_LT(reprojection_statistics(io::read_bal(truth_)).rmse, 1e-9);
+  EXPECT_EQ(io::read_bal(output_).points, io::read_bal(truth_).points);
+  const Result outliers = generate({"sphere", "--pixel-noise", "0", "--outliers", "0.1"});
+  ASSERT_EQ(outliers.code, 0) << outliers.errors;
+  EXPECT_GT(reprojection_statistics(io::read_bal(truth_)).rmse, 30);
+}
+
+TEST_F(Generate, StandardOutputTakesTheProblemAlone) {
+  const Result result = run({"generate", "sphere", "-o", "-"});
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_EQ(io::parse_bal(result.output, "-").camera_count(), 10);
+  EXPECT_TRUE(contains(result.errors, "observations"));
+  const Result named = run({"generate", "sphere", "-o", "-", "--truth", truth_});
+  ASSERT_EQ(named.code, 0) << named.errors;
+  EXPECT_EQ(io::read_bal(truth_).camera_count(), 10);
+}
+
+TEST_F(Generate, RefusesWhatHasNoEffectOrNoSense) {
+  const std::vector<std::pair<Words, std::string>> cases = {
+      {{"cube"}, "'cube'"},
+      {{"sphere", "--lap", "200"}, "--lap has no effect"},
+      {{"sphere", "--height", "20"}, "--height has no effect"},
+      {{"street", "--region", "1"}, "--region has no effect"},
+      {{"street", "--sights", "2"}, "--sights has no effect"},
+      {{"photos", "--far", "0.1"}, "--far has no effect"},
+      {{"aerial", "--scale", "2"}, "--scale has no effect"},
+      {{"sphere-10", "--cameras", "20"}, "--cameras has no effect"},
+      {{"sphere-10", "--points", "20"}, "--points has no effect"},
+      {{"sphere-10", "--observations", "20"}, "--observations has no effect"},
+      {{"sphere-10", "--region", "1"}, "--region has no effect"},
+      {{"sphere", "--observations", "1834", "--region", "1"}, "--region has no effect"},
+      {{"sphere", "--observations", "10"}, "10 observations"},
+      {{"sphere", "--cameras", "1"}, "1 cameras"},
+      {{"sphere", "--cameras", "x"}, "--cameras"},
+      {{"sphere", "--seed", "-1"}, "--seed"},
+      {{"sphere", "--outliers", "1.5"}, "outlier share"},
+      {{"sphere", "--pixel-noise", "-1"}, "pixel noise"},
+      {{"sphere", "--pixel-noise", "nan"}, "pixel noise"},
+      {{"sphere", "--start-focal", "1"}, "focal noise"},
+      {{"street", "--lap", "30"}, "lap of 30"},
+      {{"ladybug-1723", "--scale", "-1"}, "scale"},
+      {{"sphere", "--truth", output_}, "are the same"},
+  };
+  for (const auto& [words, expected] : cases) {
+    const Result result = generate(words);
+    EXPECT_EQ(result.code, 2) << words.back() << result.errors;
+    EXPECT_TRUE(contains(result.errors, expected)) << result.errors;
+    EXPECT_FALSE(std::filesystem::exists(output_)) << words.back();
+  }
+}
+
+TEST_F(Generate, AnUnwritableTruthIsFoundOutBefore) {
+  const Result result = generate({"sphere", "--truth", (folder_ / "none" / "t.txt").string()});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_FALSE(std::filesystem::exists(output_));
+}
+
+}  // namespace
+}  // namespace raybundle::tools
