@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 
 #include <Eigen/Core>
 
@@ -128,6 +130,20 @@ ReprojectionBreakdown reprojection_breakdown(const Problem& problem) {
   std::for_each(result.cameras.begin(), result.cameras.end(), finish);
   std::for_each(result.points.begin(), result.points.end(), finish);
   return result;
+}
+
+double median_residual(const Problem& problem) {
+  const Reprojection reprojection(problem);
+  std::vector<double> squares(index(problem.observation_count()));
+  std::int64_t unused = 0;
+  for (std::int64_t k = 0; k < problem.observation_count(); ++k) {
+    const double squared = reprojection.squared_residual(k, unused);
+    squares[index(k)] = std::isnan(squared) ? std::numeric_limits<double>::infinity() : squared;
+  }
+  if (squares.empty()) return 0;
+  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), middle, squares.end());
+  return std::sqrt(*middle);
 }
 
 }  // namespace raybundle

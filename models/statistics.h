@@ -36,6 +36,10 @@ struct ReprojectionBreakdown {
 /// Of a valid problem, in one pass over the observations.
 ReprojectionBreakdown reprojection_breakdown(const Problem& problem);
 
+/// The (upper) median of |u - observed|, pixels; what cannot be projected counts as infinite. 0 of
+/// no observations.
+double median_residual(const Problem& problem);
+
 /// The shape of a problem: degrees, connectivity and how well the points are determined.
 /// The first_... members are indices, -1 where there is none.
 struct StructureStatistics {

@@ -1,5 +1,7 @@
 #include <raybundle/solver/loss_schedule.h>
 
+#include <raybundle/models/statistics.h>
+
 #include <algorithm>
 
 namespace raybundle {
@@ -19,6 +21,11 @@ bool LossSchedule::tighten(double relative_decrease) {
   if (is_final() || relative_decrease > slow) return false;
   scale_ = std::max(final_, 0.5 * scale_);
   return true;
+}
+
+double wide_start_scale(const Problem& problem, double loss_scale) {
+  constexpr double widest = 1e100;
+  return std::clamp(2 * median_residual(problem), loss_scale, std::max(widest, loss_scale));
 }
 
 RobustLoss robust_loss(const Options& options) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <raybundle/models/problem.h>
 #include <raybundle/solver/options.h>
 
 namespace raybundle {
@@ -22,6 +23,10 @@ class LossSchedule {
   double scale_ = 0;
   double final_ = 0;
 };
+
+/// The scale to start with where the method graduates and the user did not say: residuals of the
+/// start count as errors of the start, not as outliers, up to twice their median.
+double wide_start_scale(const Problem& problem, double loss_scale);
 
 /// The loss that `options` (resolved) ask for, at its final scale.
 RobustLoss robust_loss(const Options& options);

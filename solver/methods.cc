@@ -55,7 +55,8 @@ constexpr std::array table = {
                  .bounded = true,
                  .preconditioner = Preconditioner::block_diag_s,
                  .scaling = DiagonalMatrix::inc,
-                 .loss = Loss::huber},
+                 .loss = Loss::tukey,
+                 .graduated = true},
 };
 static_assert(table.size() == enum_count<Method>);
 

@@ -25,6 +25,7 @@ struct MethodTraits {
   double forcing = 0.1;
   int max_inner_iterations = 1000;
   Loss loss = Loss::none;
+  bool graduated = false;  ///< starts with a wider loss, as the residuals of the start ask for
 };
 
 const MethodTraits& traits(Method method);

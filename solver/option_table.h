@@ -40,15 +40,15 @@ void visit_options(AnyOptions& o, Visit&& visit) {
                               "region; auto: by method"});
   visit(o.pose_update, OptionInfo{"pose-update", "how a pose takes a step"});
   visit(o.lens, OptionInfo{"lens", "whether f, k1, k2 are unknowns"});
-  visit(o.loss, OptionInfo{"loss", "robust loss; auto: none, irls: huber"});
+  visit(o.loss, OptionInfo{"loss", "robust loss; auto: none, irls: tukey"});
   visit(o.loss_scope,
         OptionInfo{"loss-scope", "what the loss is of, |r| or each component; auto: observation"});
-  visit(o.loss_scale,
-        OptionInfo{"loss-scale", "scale of the loss, pixels; auto: 1", 1e-100, 1e100});
-  visit(o.loss_start_scale,
-        OptionInfo{"loss-start-scale",
-                   "wider scale to start with, halved down to --loss-scale; auto: none", 1e-100,
-                   1e100});
+  visit(o.loss_scale, OptionInfo{"loss-scale", "scale of the loss, pixels; auto: 1 to 6, by loss",
+                                 1e-100, 1e100});
+  visit(o.loss_start_scale, OptionInfo{"loss-start-scale",
+                                       "wider scale to start with, halved down to --loss-scale; "
+                                       "auto: none, irls: from the start's residuals",
+                                       1e-100, 1e100});
   visit(o.max_iterations,
         OptionInfo{"max-iterations", "most iterations, rejected ones included", 0, 1e9});
   visit(o.time_limit, OptionInfo{"time-limit", "stop after this many seconds", 0, inf});

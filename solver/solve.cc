@@ -2,6 +2,7 @@
 
 #include <raybundle/models/objective.h>
 #include <raybundle/solver/loss_schedule.h>
+#include <raybundle/solver/methods.h>
 #include <raybundle/solver/step.h>
 #include <raybundle/solver/trust_region.h>
 #include <raybundle/solver/working_memory.h>
@@ -13,6 +14,11 @@ namespace raybundle {
 Summary solve(Problem& problem, const Options& options, const Observer& observer) {
   const auto start = TrustRegion::Clock::now();
   Options effective = resolve(options);
+  const bool graduated = traits(effective.method).graduated && effective.loss != Loss::none;
+  if (graduated && !effective.loss_start_scale) {
+    validate(problem);
+    effective.loss_start_scale = wide_start_scale(problem, *effective.loss_scale);
+  }
   linalg::ThreadPool pool(options.threads > 0 ? options.threads : linalg::available_threads());
   effective.threads = pool.threads();
 

@@ -25,10 +25,9 @@ struct Scene {
 Scene scene(std::uint64_t seed, double outliers = 0.1) {
   const scenes::Preset preset = scenes::preset("sphere-10");
   Scene result;
-  result.truth =
-      scenes::add_noise(scenes::preset_scene(preset, seed),
-                        {.seed = seed, .pixel_noise = 1, .outlier_share = outliers})
-          .problem;
+  result.truth = scenes::add_noise(scenes::preset_scene(preset, seed),
+                                   {.seed = seed, .pixel_noise = 1, .outlier_share = outliers})
+                     .problem;
   scenes::StartOptions start = preset.start;
   start.seed = seed;
   result.start = scenes::perturb(result.truth, start);
@@ -48,20 +47,15 @@ TEST(Outliers, ALossKeepsThePointsNearTheTruth) {
     const Scene given = scene(seed);
     const double plain = point_error(given, {.method = Method::dinm});
     EXPECT_LT(point_error(given, {.method = Method::irls}), 0.5 * plain) << seed;
-    EXPECT_LT(point_error(given, {.method = Method::irls,
-                                  .loss = Loss::geman_mcclure,
-                                  .loss_scale = 3,
-                                  .loss_start_scale = 200,
-                                  .max_iterations = 100}),
-              0.5 * plain)
+    EXPECT_LT(point_error(given, {.method = Method::irls, .loss = Loss::truncated}), 0.5 * plain)
         << seed;
   }
 }
 
 TEST(Outliers, EveryLossWithEveryMethodEndsInNumbers) {
   const Scene given = scene(7, 0.3);
-  for (const Method method : {Method::lm_cholesky, Method::tnm, Method::inm, Method::dinm,
-                              Method::adinm, Method::irls}) {
+  for (const Method method :
+       {Method::lm_cholesky, Method::tnm, Method::inm, Method::dinm, Method::adinm, Method::irls}) {
     for (const Loss loss : {Loss::none, Loss::huber, Loss::soft_l1, Loss::cauchy,
                             Loss::geman_mcclure, Loss::tukey, Loss::truncated}) {
       for (const LossScope scope : {LossScope::observation, LossScope::component}) {
@@ -89,8 +83,7 @@ TEST(Outliers, APointWhoseRowsAreAllCutDoesNotMove) {
   for (const Method method : {Method::lm_cholesky, Method::inm, Method::dinm, Method::adinm}) {
     for (const Loss loss : {Loss::truncated, Loss::tukey}) {
       Problem problem = start;
-      const Summary summary =
-          solve(problem, {.method = method, .loss = loss, .loss_scale = 100});
+      const Summary summary = solve(problem, {.method = method, .loss = loss, .loss_scale = 100});
       EXPECT_GT(summary.accepted, 0) << name(method);
       for (std::size_t i = 3 * lost; i < 3 * lost + 3; ++i) {
         EXPECT_EQ(problem.points[i], start.points[i]) << name(method) << " " << name(loss);
@@ -102,17 +95,18 @@ TEST(Outliers, APointWhoseRowsAreAllCutDoesNotMove) {
 TEST(GraduatedLoss, EndsAtItsFinalScaleAndReportsIt) {
   const Scene given = scene(3);
   Problem problem = given.start;
-  const Summary summary = solve(problem, {.method = Method::irls,
-                                          .loss_scale = 2,
-                                          .loss_start_scale = 50,
-                                          .max_iterations = 200});
+  const Summary summary = solve(
+      problem,
+      {.method = Method::irls, .loss_scale = 2, .loss_start_scale = 50, .max_iterations = 200});
   EXPECT_EQ(summary.iterations.front().loss_scale, 50);
   EXPECT_EQ(summary.iterations.back().loss_scale, 2);
   for (std::size_t k = 1; k < summary.iterations.size(); ++k) {
     const IterationRecord& now = summary.iterations[k];
     const IterationRecord& before = summary.iterations[k - 1];
     EXPECT_LE(now.loss_scale, before.loss_scale);
-    if (now.loss_scale == before.loss_scale) EXPECT_LE(now.cost, before.cost);
+    if (now.loss_scale == before.loss_scale) {
+      EXPECT_LE(now.cost, before.cost);
+    }
   }
   EXPECT_EQ(outcome(summary.termination), Outcome::converged) << summary.message;
   EXPECT_LT(summary.final_cost, summary.initial_cost) << "both at the final scale";
@@ -124,10 +118,9 @@ TEST(GraduatedLoss, EndsAtItsFinalScaleAndReportsIt) {
 TEST(GraduatedLoss, ALimitEndsItAtAnyScale) {
   const Scene given = scene(3);
   Problem problem = given.start;
-  const Summary summary = solve(problem, {.method = Method::irls,
-                                          .loss_scale = 2,
-                                          .loss_start_scale = 50,
-                                          .max_iterations = 2});
+  const Summary summary =
+      solve(problem,
+            {.method = Method::irls, .loss_scale = 2, .loss_start_scale = 50, .max_iterations = 2});
   EXPECT_EQ(summary.termination, Termination::max_iterations);
   EXPECT_EQ(summary.iterations.back().loss_scale, 50);
   EXPECT_LT(summary.final_cost, summary.iterations.back().cost) << "a smaller scale costs less";
