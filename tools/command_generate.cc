@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include <CLI/App.hpp>
@@ -160,11 +159,11 @@ std::string truth_path(const Arguments& arguments) {
 }
 
 void check_outputs(const std::string& output, const std::string& truth) {
-  std::error_code ignored;
-  const bool same = output == truth || std::filesystem::equivalent(output, truth, ignored);
-  if (same) throw OptionError("--output and --truth are the same: " + output);
-  check_output(output);
-  if (!truth.empty()) check_output(truth);
+  if (!truth.empty() && same_file(output, truth)) {
+    throw OptionError("--output and --truth are the same: " + output);
+  }
+  check_result("--output", output, "");
+  check_result("--truth", truth, "");
 }
 
 std::string report(const std::string& title, const Problem& start,
@@ -228,6 +227,9 @@ std::string what_help() {
   }
   return "A kind (" + kinds + ")\nor a preset (" + names + ")";
 }
+
+/// An empty name, from an unset variable perhaps, must not pass for none.
+std::string has_name(const std::string& name) { return name.empty() ? "the name is empty" : ""; }
 
 /// The parser would take -1 for a large one.
 std::string is_seed(const std::string& text) {
@@ -302,12 +304,14 @@ Command add_generate(CLI::App& program) {
       ->add_option("-o,--output", arguments->output,
                    "Write the problem to solve here, as BAL; - is standard output")
       ->type_name("OUT")
+      ->check(has_name, "")
       ->required();
   parser
       ->add_option("--truth", arguments->truth,
                    "Write the true cameras and points here, with the same observations "
                    "[OUT with .truth before its ending; none beside standard output]")
-      ->type_name("TRUTH");
+      ->type_name("TRUTH")
+      ->check(has_name, "");
   add_scene_options(*parser, *arguments);
   add_noise_options(*parser, *arguments);
   return {parser, [arguments] { return run(*arguments); }};

@@ -64,30 +64,6 @@ std::uint64_t parse_seed(const std::string& text) {
 /// An empty name, from an unset variable perhaps, must not pass for none.
 std::string has_name(const std::string& name) { return name.empty() ? "the name is empty" : ""; }
 
-bool same_file(const std::string& a, const std::string& b) {
-  if (a == "-" || b == "-") return a == b;
-  std::error_code ignored;
-  if (std::filesystem::equivalent(a, b, ignored)) return true;  // links too
-  const auto place = [](const std::string& path) {
-    std::error_code none;
-    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, none), none);
-  };
-  return place(a) == place(b);
-}
-
-/// A result must not replace what it was made from, and has one format.
-void check_result(const std::string& option, const std::string& output, const std::string& input) {
-  if (output.empty()) return;
-  if (!input.empty() && input != "-" && output != "-" && same_file(output, input)) {
-    throw OptionError(option + " is the input, which is never changed: " + output);
-  }
-  for (const char* ending : {".gz", ".bz2", ".xz", ".zst"}) {
-    if (!output.ends_with(ending)) continue;
-    throw OptionError(option + ": " + output + " would not be compressed; leave out the " + ending);
-  }
-  check_output(output);
-}
-
 /// Whatever can be refused before the first long stage.
 void check(const Arguments& arguments) {
   if (!arguments.input.empty() && arguments.seed) {

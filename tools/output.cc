@@ -5,9 +5,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <filesystem>
 #include <system_error>
 
 #include <raybundle/models/io/atomic_file.h>
+#include <raybundle/solver/option_table.h>
 
 namespace raybundle::tools {
 
@@ -21,6 +23,29 @@ void check_output(const std::string& output) {
     throw std::system_error(errno, std::generic_category(), path + ": cannot be written");
   }
   const io::AtomicFile probe(path);
+}
+
+bool same_file(const std::string& a, const std::string& b) {
+  if (a == "-" || b == "-") return a == b;
+  std::error_code ignored;
+  if (std::filesystem::equivalent(a, b, ignored)) return true;  // links too
+  const auto place = [](const std::string& path) {
+    std::error_code none;
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, none), none);
+  };
+  return place(a) == place(b);
+}
+
+void check_result(const std::string& option, const std::string& output, const std::string& input) {
+  if (output.empty()) return;
+  if (!input.empty() && input != "-" && output != "-" && same_file(output, input)) {
+    throw OptionError(option + " is the input, which is never changed: " + output);
+  }
+  for (const char* ending : {".gz", ".bz2", ".xz", ".zst"}) {
+    if (!output.ends_with(ending)) continue;
+    throw OptionError(option + ": " + output + " would not be compressed; leave out the " + ending);
+  }
+  check_output(output);
 }
 
 std::string output_path(const std::string& output) {

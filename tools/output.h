@@ -10,6 +10,14 @@ namespace raybundle::tools {
 /// folder itself, may not be written, ... Leaves no trace. To be called before long work.
 void check_output(const std::string& output);
 
+/// Whether two names stand for one file, or for standard output.
+bool same_file(const std::string& a, const std::string& b);
+
+/// The checks of a result that `option` names: that it does not replace `input` (may be empty),
+/// which it was made from, and is not called compressed (OptionError); check_output(). Nothing for
+/// an empty name.
+void check_result(const std::string& option, const std::string& output, const std::string& input);
+
 /// Where "-" stands for standard output, a name that stands for it elsewhere too.
 std::string output_path(const std::string& output);
 

@@ -134,6 +134,9 @@ TEST_F(Generate, RefusesWhatHasNoEffectOrNoSense) {
       {{"street", "--lap", "30"}, "lap of 30"},
       {{"ladybug-1723", "--scale", "-1"}, "scale"},
       {{"sphere", "--truth", output_}, "are the same"},
+      {{"sphere", "--truth", (folder_ / "." / "scene.txt").string()}, "are the same"},
+      {{"sphere", "--truth", ""}, "the name is empty"},
+      {{"sphere", "--truth", truth_ + ".gz"}, "would not be compressed"},
   };
   for (const auto& [words, expected] : cases) {
     const Result result = generate(words);
