@@ -192,6 +192,7 @@ Scene photos_scene(const PhotosOptions& given) {
     Track track;
     for (int attempt = 0; track.size() < wanted; ++attempt) {
       if (attempt >= patience && track.size() >= 2) break;
+      if (attempt >= hopeless) fail_to_see("photos scene");
       const Vec3 other = point_in(view, random);
       const Pixel u = view.see(other);
       if (!on_wall(other, options.sights) || !inside(u)) continue;

@@ -215,6 +215,7 @@ class Street {
     track_.clear();
     for (int attempt = 0; track_.size() < enough; ++attempt) {
       if (attempt >= patience && track_.size() >= 2) break;
+      if (attempt >= hopeless) fail_to_see("street scene");
       const Feature feature = feature_ahead(camera, options_.far_share, planned, random);
       Track found = track(cameras, feature, anchor,
                           fronts_at(anchor, options_.cameras, options_.lap, random));
