@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
+#include <vector>
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -166,9 +166,19 @@ void check_outputs(const std::string& output, const std::string& truth) {
   check_result("--truth", truth, "");
 }
 
-std::string report(const std::string& title, const Problem& start,
+/// What is legal but deserves attention, and counts that the geometry could not give.
+void warn(const Arguments& arguments, const StructureStatistics& structure) {
+  std::vector<std::string> sentences = warnings(structure);
+  const std::int64_t asked = arguments.observations.value_or(0);
+  if (asked != 0 && asked != structure.observations) {
+    sentences.push_back(std::to_string(structure.observations) + " observations instead of " +
+                        std::to_string(asked) + ": the geometry does not give as many");
+  }
+  for (const std::string& each : sentences) std::fputs(("warning: " + each + "\n").c_str(), stderr);
+}
+
+std::string report(const std::string& title, const StructureStatistics& s, const Problem& start,
                    const scenes::NoisyProblem& noisy, const std::string& truth) {
-  const StructureStatistics s = structure_statistics(start);
   const ReprojectionStatistics before = reprojection_statistics(start);
   const ReprojectionStatistics there = reprojection_statistics(noisy.problem);
   const auto count = [](std::int64_t value) { return std::to_string(value); };
@@ -206,9 +216,11 @@ ExitCode run(const Arguments& arguments) {
   io::write_bal(start, std::filesystem::path(output_path(arguments.output)));
   if (!truth.empty()) io::write_bal(noisy.problem, std::filesystem::path(output_path(truth)));
 
-  const std::string text =
-      report(arguments.what + ", seed " + std::to_string(arguments.seed) + ": " + arguments.output,
-             start, noisy, truth);
+  const StructureStatistics structure = structure_statistics(start);
+  warn(arguments, structure);
+  const std::string title =
+      arguments.what + ", seed " + std::to_string(arguments.seed) + ": " + arguments.output;
+  const std::string text = report(title, structure, start, noisy, truth);
   if (arguments.output == "-" || truth == "-") {
     std::fputs(text.c_str(), stderr);
   } else {

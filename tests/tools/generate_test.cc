@@ -99,6 +99,14 @@ TEST_F(Generate, TakesNoiseAndStart) {
   EXPECT_GT(reprojection_statistics(io::read_bal(truth_)).rmse, 30);
 }
 
+TEST_F(Generate, WarnsOfObservationsItCannotGive) {
+  const Words words = {"street", "--cameras", "100", "--points", "200", "--observations", "20000"};
+  const Result result = generate(words);
+  EXPECT_EQ(result.code, 0);
+  EXPECT_TRUE(contains(result.errors, "instead of 20000")) << result.errors;
+  EXPECT_EQ(generate({"street", "--observations", "9000"}).errors, "");
+}
+
 TEST_F(Generate, StandardOutputTakesTheProblemAlone) {
   const Result result = run({"generate", "sphere", "-o", "-"});
   ASSERT_EQ(result.code, 0) << result.errors;
