@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include <raybundle/models/error.h>
 #include <raybundle/models/scenes/aerial.h>
@@ -40,7 +41,7 @@ std::vector<Preset> all_presets() {
   };
 }
 
-std::int64_t rounded(double value) { return static_cast<std::int64_t>(value + 0.5); }
+std::int64_t rounded(double value) { return std::llround(value); }
 
 }  // namespace
 

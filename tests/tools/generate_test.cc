@@ -100,10 +100,10 @@ TEST_F(Generate, TakesNoiseAndStart) {
 }
 
 TEST_F(Generate, WarnsOfObservationsItCannotGive) {
-  const Words words = {"street", "--cameras", "100", "--points", "200", "--observations", "20000"};
+  const Words words = {"photos", "--cameras", "100", "--points", "200", "--observations", "19000"};
   const Result result = generate(words);
   EXPECT_EQ(result.code, 0);
-  EXPECT_TRUE(contains(result.errors, "instead of 20000")) << result.errors;
+  EXPECT_TRUE(contains(result.errors, "instead of 19000")) << result.errors;
   EXPECT_EQ(generate({"street", "--observations", "9000"}).errors, "");
 }
 
