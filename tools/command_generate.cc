@@ -6,8 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <system_error>
-#include <utility>
+#include <vector>
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -160,16 +159,26 @@ std::string truth_path(const Arguments& arguments) {
 }
 
 void check_outputs(const std::string& output, const std::string& truth) {
-  std::error_code ignored;
-  const bool same = output == truth || std::filesystem::equivalent(output, truth, ignored);
-  if (same) throw OptionError("--output and --truth are the same: " + output);
-  check_output(output);
-  if (!truth.empty()) check_output(truth);
+  if (!truth.empty() && same_file(output, truth)) {
+    throw OptionError("--output and --truth are the same: " + output);
+  }
+  check_result("--output", output, "");
+  check_result("--truth", truth, "");
 }
 
-std::string report(const std::string& title, const Problem& start,
+/// What is legal but deserves attention, and counts that the geometry could not give.
+void warn(const Arguments& arguments, const StructureStatistics& structure) {
+  std::vector<std::string> sentences = warnings(structure);
+  const std::int64_t asked = arguments.observations.value_or(0);
+  if (asked != 0 && asked != structure.observations) {
+    sentences.push_back(std::to_string(structure.observations) + " observations instead of " +
+                        std::to_string(asked) + ": the geometry does not give as many");
+  }
+  for (const std::string& each : sentences) std::fputs(("warning: " + each + "\n").c_str(), stderr);
+}
+
+std::string report(const std::string& title, const StructureStatistics& s, const Problem& start,
                    const scenes::NoisyProblem& noisy, const std::string& truth) {
-  const StructureStatistics s = structure_statistics(start);
   const ReprojectionStatistics before = reprojection_statistics(start);
   const ReprojectionStatistics there = reprojection_statistics(noisy.problem);
   const auto count = [](std::int64_t value) { return std::to_string(value); };
@@ -207,9 +216,11 @@ ExitCode run(const Arguments& arguments) {
   io::write_bal(start, std::filesystem::path(output_path(arguments.output)));
   if (!truth.empty()) io::write_bal(noisy.problem, std::filesystem::path(output_path(truth)));
 
-  const std::string text =
-      report(arguments.what + ", seed " + std::to_string(arguments.seed) + ": " + arguments.output,
-             start, noisy, truth);
+  const StructureStatistics structure = structure_statistics(start);
+  warn(arguments, structure);
+  const std::string title =
+      arguments.what + ", seed " + std::to_string(arguments.seed) + ": " + arguments.output;
+  const std::string text = report(title, structure, start, noisy, truth);
   if (arguments.output == "-" || truth == "-") {
     std::fputs(text.c_str(), stderr);
   } else {
@@ -228,6 +239,9 @@ std::string what_help() {
   }
   return "A kind (" + kinds + ")\nor a preset (" + names + ")";
 }
+
+/// An empty name, from an unset variable perhaps, must not pass for none.
+std::string has_name(const std::string& name) { return name.empty() ? "the name is empty" : ""; }
 
 /// The parser would take -1 for a large one.
 std::string is_seed(const std::string& text) {
@@ -302,12 +316,14 @@ Command add_generate(CLI::App& program) {
       ->add_option("-o,--output", arguments->output,
                    "Write the problem to solve here, as BAL; - is standard output")
       ->type_name("OUT")
+      ->check(has_name, "")
       ->required();
   parser
       ->add_option("--truth", arguments->truth,
                    "Write the true cameras and points here, with the same observations "
                    "[OUT with .truth before its ending; none beside standard output]")
-      ->type_name("TRUTH");
+      ->type_name("TRUTH")
+      ->check(has_name, "");
   add_scene_options(*parser, *arguments);
   add_noise_options(*parser, *arguments);
   return {parser, [arguments] { return run(*arguments); }};

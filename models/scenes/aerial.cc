@@ -147,6 +147,7 @@ Scene aerial_scene(const AerialOptions& options) {
     Track track;
     for (int attempt = 0; static_cast<std::int64_t>(track.size()) < wanted; ++attempt) {
       if (attempt >= patience && track.size() >= 2) break;
+      if (attempt >= hopeless) fail_to_see("aerial scene");
       const Vec3 other = point_below(anchor, flight, random);
       Track seen = track_of(other, flight, views);
       if (seen.size() < std::max<std::size_t>(2, track.size() + 1)) continue;

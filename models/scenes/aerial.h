@@ -16,9 +16,10 @@ struct AerialOptions {
   double height = 20;             ///< above the ground: the higher, the smaller the parallax
 };
 
-/// Every point is seen by at least two cameras. Throws InputError for counts below 2 cameras or
-/// 1 point, counts a 32-bit index cannot hold, a number of observations that is impossible, and a
-/// height outside 1 to 1e6.
+/// Every point is seen by at least two cameras. Observations are as many as asked for unless the
+/// geometry cannot give so many. Throws InputError for counts below 2 cameras or 1 point, counts a
+/// 32-bit index cannot hold, a number of observations that is impossible, and a height outside 1 to
+/// 1e6.
 Scene aerial_scene(const AerialOptions& options = {});
 
 }  // namespace raybundle::scenes

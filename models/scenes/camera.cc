@@ -70,6 +70,11 @@ void check_range(const std::string& source, double value, double least, double m
                            : "a finite number of at least " + std::to_string(least));
 }
 
+void fail_to_see(const std::string& source) {
+  throw InputError(source, 0, "cameras that have no points in common",
+                   "more cameras, closer to each other, or another seed");
+}
+
 void check_observations(const std::string& source, std::int64_t observations, std::int64_t cameras,
                         std::int64_t points) {
   if (observations == 0) return;

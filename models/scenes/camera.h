@@ -54,6 +54,9 @@ void check_count(const std::string& source, std::int64_t value, std::int64_t lea
                  const std::string& what);
 void check_range(const std::string& source, double value, double least, double most,
                  const std::string& what);
+/// For a camera that shares no point with others, after as many attempts to find one.
+inline constexpr int hopeless = 100000;
+[[noreturn]] void fail_to_see(const std::string& source);
 /// Observations asked for: 0, or from two per point to one per camera and point.
 void check_observations(const std::string& source, std::int64_t observations, std::int64_t cameras,
                         std::int64_t points);

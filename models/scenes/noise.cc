@@ -80,8 +80,7 @@ NoisyProblem add_noise(const Scene& scene, const NoiseOptions& options) {
   for (double& u : observations) u += options.pixel_noise * random.normal();
 
   const std::int64_t count = scene.truth.observation_count();
-  const auto outliers =
-      static_cast<std::int64_t>(options.outlier_share * static_cast<double>(count) + 0.5);
+  const std::int64_t outliers = std::llround(options.outlier_share * static_cast<double>(count));
   Random outlier_random(options.seed, outlier_stream);
   result.outliers = choose(std::min(outliers, count), count, outlier_random);
   for (const std::int64_t k : result.outliers) {

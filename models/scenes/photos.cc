@@ -123,7 +123,7 @@ Vec3 point_in(const View& view, Random& random) {
 }
 
 bool on_wall(const Vec3& X, std::int64_t sights) {
-  return X.y >= 0 && X.y <= sight_height && X.z < 5 && X.x >= -0.5 * sight_width &&
+  return X.y >= 0 && X.y <= sight_height && X.z < 5 && X.x > -0.5 * sight_width &&
          X.x < (static_cast<double>(sights) - 0.5) * sight_width;
 }
 
@@ -131,8 +131,8 @@ bool on_wall(const Vec3& X, std::int64_t sights) {
 /// hard to find, the first that come.
 void gather(const Vec3& X, const Collection& collection, std::size_t wanted, Random& random,
             Track& track) {
-  const auto sight = static_cast<std::size_t>(X.x / sight_width + 0.5);
-  const Crowd& crowd = collection.crowds[sight];
+  const auto sight = static_cast<std::size_t>(std::llround(X.x / sight_width));
+  const Crowd& crowd = collection.crowds[std::min(sight, collection.crowds.size() - 1)];
   const auto add = [&](std::int32_t j) {
     const auto same = [j](const auto& each) { return each.first == j; };
     if (std::any_of(track.begin(), track.end(), same)) return;
@@ -152,7 +152,7 @@ void gather(const Vec3& X, const Collection& collection, std::size_t wanted, Ran
   }
 }
 
-PhotosOptions checked(PhotosOptions options) {
+PhotosOptions completed(PhotosOptions options) {
   check_count("photos scene", options.cameras, 2, "cameras");
   check_count("photos scene", options.points, 1, "points");
   check_observations("photos scene", options.observations, options.cameras, options.points);
@@ -176,25 +176,26 @@ std::int64_t longest_track(const Collection& collection) {
 
 }  // namespace
 
-Scene photos_scene(const PhotosOptions& given) {
-  const PhotosOptions options = checked(given);
-  Random camera_random(options.seed, 1), random(options.seed, 2), plan_random(options.seed, 3);
-  const Collection collection = collect(options.cameras, options.sights, camera_random);
-  TrackPlan plan(options.points, options.observations, longest_track(collection), plan_random);
+Scene photos_scene(const PhotosOptions& options) {
+  const auto [seed, cameras, points, observations, sights] = completed(options);
+  Random camera_random(seed, 1), random(seed, 2), plan_random(seed, 3);
+  const Collection collection = collect(cameras, sights, camera_random);
+  TrackPlan plan(points, observations, longest_track(collection), plan_random);
 
   Scene scene = {{}, image_width, image_height};
   for (const View& view : collection.views) append_camera(scene.truth, view.camera());
-  for (std::int64_t i = 0; i < options.points; ++i) {
-    const auto anchor = static_cast<std::int32_t>(i % options.cameras);
+  for (std::int64_t i = 0; i < points; ++i) {
+    const auto anchor = static_cast<std::int32_t>(i % cameras);
     const View& view = collection.views[static_cast<std::size_t>(anchor)];
     const auto wanted = static_cast<std::size_t>(plan.wanted(i));
     Vec3 X;
     Track track;
     for (int attempt = 0; track.size() < wanted; ++attempt) {
       if (attempt >= patience && track.size() >= 2) break;
+      if (attempt >= hopeless) fail_to_see("photos scene");
       const Vec3 other = point_in(view, random);
       const Pixel u = view.see(other);
-      if (!on_wall(other, options.sights) || !inside(u)) continue;
+      if (!on_wall(other, sights) || !inside(u)) continue;
       Track seen = {{anchor, u}};
       gather(other, collection, wanted, random, seen);
       if (seen.size() < std::max<std::size_t>(2, track.size() + 1)) continue;

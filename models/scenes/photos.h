@@ -17,9 +17,10 @@ struct PhotosOptions {
   std::int64_t sights = 0;        ///< 0: one per 60 cameras
 };
 
-/// Every point is seen by at least two cameras. Throws InputError for counts below 2 cameras or
-/// 1 point, counts a 32-bit index cannot hold, a number of observations that is impossible, and
-/// more sights than half the cameras.
+/// Every point is seen by at least two cameras. Observations are as many as asked for unless the
+/// geometry cannot give so many. Throws InputError for counts below 2 cameras or 1 point, counts a
+/// 32-bit index cannot hold, a number of observations that is impossible, more sights than half the
+/// cameras, and cameras that have no points in common.
 Scene photos_scene(const PhotosOptions& options = {});
 
 }  // namespace raybundle::scenes

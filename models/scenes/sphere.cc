@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include <raybundle/models/error.h>
 #include <raybundle/models/scenes/camera.h>
 
 namespace raybundle::scenes {
@@ -117,15 +116,13 @@ Track track_of(const std::vector<Spectator>& spectators, const Vec3& X) {
 
 /// A feature that at least two cameras see.
 Feature draw_feature(const std::vector<Spectator>& spectators, Random& random) {
-  constexpr int patience = 100000;
   Feature feature;
-  for (int attempt = 0; attempt < patience; ++attempt) {
+  for (int attempt = 0; attempt < hopeless; ++attempt) {
     feature.X = scaled(radius, direction_in_cone(random, pi));
     feature.track = track_of(spectators, feature.X);
     if (feature.track.size() >= 2) return feature;
   }
-  throw InputError("sphere scene", 0, "cameras that have no points in common",
-                   "more cameras, or a smaller region");
+  fail_to_see("sphere scene");
 }
 
 /// Mean number of cameras that see a point.

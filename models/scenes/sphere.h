@@ -20,6 +20,7 @@ struct SphereOptions {
 /// Exactly the cameras and points asked for, and the observations up to the rare case that the
 /// geometry cannot give so few or many. Cameras are sorted so that neighbours overlap; each
 /// is framed by the ball for at least half of its image; each point is seen by two cameras or more.
+/// With fewer than three observations per point not all cameras may hang together.
 /// Throws InputError for counts below 2 cameras or 1 point or beyond 32-bit indices, a number of
 /// observations that is impossible, a region outside 0 to pi, and cameras that have no points in
 /// common.

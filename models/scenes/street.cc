@@ -215,6 +215,7 @@ class Street {
     track_.clear();
     for (int attempt = 0; track_.size() < enough; ++attempt) {
       if (attempt >= patience && track_.size() >= 2) break;
+      if (attempt >= hopeless) fail_to_see("street scene");
       const Feature feature = feature_ahead(camera, options_.far_share, planned, random);
       Track found = track(cameras, feature, anchor,
                           fronts_at(anchor, options_.cameras, options_.lap, random));
@@ -235,8 +236,8 @@ class Street {
   }
 
   std::int64_t anchor_of(std::int64_t point) const { return point % options_.cameras; }
-  const Vec3& X() const { return X_; }                ///< of the point drawn last
-  const Track& track_of_X() const { return track_; }  ///< ascending
+  const Vec3& X() const { return X_; }               ///< of the point drawn last
+  const Track& observers() const { return track_; }  ///< ascending
 
  private:
   /// Keeps the anchor, the camera with the most parallax to it, and others at random.
@@ -294,7 +295,7 @@ Drawn draw(const StreetOptions& options) {
     street.draw(i, drawn.cameras, feature_random);
     append_point(truth, street.X());
     errors.points.push_back(normal_vector(feature_random, 1));
-    for (const std::int64_t j : street.track_of_X()) {
+    for (const std::int64_t j : street.observers()) {
       append_observation(truth, j, see(drawn.cameras[static_cast<std::size_t>(j)], street.X()));
       errors.pixels.push_back(feature_random.normal());
       errors.pixels.push_back(feature_random.normal());

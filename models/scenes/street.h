@@ -17,9 +17,10 @@ struct StreetOptions {
   std::int64_t lap = 0;           ///< steps round the block, then the same way again; 0: no loop
 };
 
-/// Every point is seen by at least two cameras. Throws InputError for counts below 2 cameras or
-/// 1 point, counts a 32-bit index cannot hold, a number of observations that is impossible, a
-/// share outside 0 to 1, and a lap that is neither 0 nor a multiple of 4 of at least 160.
+/// Every point is seen by at least two cameras. Observations are as many as asked for unless the
+/// geometry cannot give so many. Throws InputError for counts below 2 cameras or 1 point, counts a
+/// 32-bit index cannot hold, a number of observations that is impossible, a share outside 0 to 1,
+/// and a lap that is neither 0 nor a multiple of 4 of at least 160.
 Scene street_scene(const StreetOptions& options = {});
 
 /// The small problem at hand for a first solve: the scene with 0.5 pixels of noise, as its cameras

@@ -8,9 +8,10 @@
 namespace raybundle::scenes {
 
 /// Lengths of `points` tracks, 2 to `longest`, that add up to `observations` where they can, in
-/// random order. Their shares fall as theta^L / L^2, with the theta that gives their mean: with
-/// theta near 0.9 this is how the tracks of the files of Bundle Adjustment in the Large are
-/// distributed (docs/decisions.md), and it keeps their heavy tail in larger problems.
+/// random order. Their shares fall as theta^L / L^2, with the theta that gives their mean. With
+/// theta from 0.86 to 0.97 the tracks of three files of Bundle Adjustment in the Large (Ladybug 49,
+/// Trafalgar 21, Dubrovnik 16) are distributed like this: their cumulative shares differ by 0.035,
+/// 0.028 and 0.069 at most. Larger problems keep the heavy tail.
 std::vector<std::int32_t> draw_track_lengths(std::int64_t points, std::int64_t observations,
                                              std::int64_t longest, Random& random);
 

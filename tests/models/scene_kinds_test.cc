@@ -70,7 +70,7 @@ TEST(TrackLengths, AreDistributedAsInRealProblems) {
       cumulated_real += real.shares[k];
       distance = std::max(distance, std::abs(cumulated - cumulated_real));
     }
-    EXPECT_LT(distance, 0.1) << real.cameras;
+    EXPECT_LT(distance, 0.075) << real.cameras;
   }
 }
 
@@ -190,7 +190,10 @@ TEST(Presets, CopiesOfRealProblemsHaveTheirCountsAndStarts) {
     const Problem noisy = add_noise(scene, small.noise).problem;
     const ReprojectionStatistics start = reprojection_statistics(perturb(noisy, small.start));
     EXPECT_EQ(start.behind_camera, 0) << full.name;
-    const double ratio = start.cost / reprojection_statistics(noisy).cost;
+    // The unknowns take up their share of the noise: the final cost is below that at the truth.
+    const double unknowns = static_cast<double>(9 * small.cameras + 3 * small.points);
+    const double left = 1 - unknowns / static_cast<double>(2 * small.observations);
+    const double ratio = start.cost / (left * reprojection_statistics(noisy).cost);
     EXPECT_GT(ratio, 50) << full.name;
     EXPECT_LT(ratio, 250) << full.name;
   }

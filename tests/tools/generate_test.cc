@@ -99,6 +99,14 @@ TEST_F(Generate, TakesNoiseAndStart) {
   EXPECT_GT(reprojection_statistics(io::read_bal(truth_)).rmse, 30);
 }
 
+TEST_F(Generate, WarnsOfObservationsItCannotGive) {
+  const Words words = {"photos", "--cameras", "100", "--points", "200", "--observations", "19000"};
+  const Result result = generate(words);
+  EXPECT_EQ(result.code, 0);
+  EXPECT_TRUE(contains(result.errors, "instead of 19000")) << result.errors;
+  EXPECT_EQ(generate({"street", "--observations", "9000"}).errors, "");
+}
+
 TEST_F(Generate, StandardOutputTakesTheProblemAlone) {
   const Result result = run({"generate", "sphere", "-o", "-"});
   ASSERT_EQ(result.code, 0) << result.errors;
@@ -134,6 +142,9 @@ TEST_F(Generate, RefusesWhatHasNoEffectOrNoSense) {
       {{"street", "--lap", "30"}, "lap of 30"},
       {{"ladybug-1723", "--scale", "-1"}, "scale"},
       {{"sphere", "--truth", output_}, "are the same"},
+      {{"sphere", "--truth", (folder_ / "." / "scene.txt").string()}, "are the same"},
+      {{"sphere", "--truth", ""}, "the name is empty"},
+      {{"sphere", "--truth", truth_ + ".gz"}, "would not be compressed"},
   };
   for (const auto& [words, expected] : cases) {
     const Result result = generate(words);
