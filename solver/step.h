@@ -17,7 +17,9 @@ struct StepRequest {
   const double* damping;          ///< the diagonal mu D, all unknowns
   const double* inverse_scaling;  ///< D^-1 of [Qu18, Eq. 3.94], all unknowns; null: the identity
   double radius = std::numeric_limits<double>::infinity();  ///< |D p| of the unknowns solved for
-  InnerTolerance tolerance = {};                            ///< of inner iterations
+  /// |D p| of each eliminated block: nothing else holds a step of theirs without damping.
+  std::optional<double> block_radius = {};
+  InnerTolerance tolerance = {};  ///< of inner iterations
 };
 
 struct StepReport {
@@ -25,6 +27,8 @@ struct StepReport {
   int inner_iterations = 0;
   bool on_boundary = false;  ///< the trust region cut the step
   double length = 0;         ///< |D p| over the unknowns solved for; 0 where there is no region
+  bool block_on_boundary = false;  ///< the block radius mattered
+  double block_length = 0;         ///< what it may be after this step; 0 where there is none
   Elimination eliminated = Elimination::points;
   double condition_cameras = std::numeric_limits<double>::quiet_NaN();  ///< of the damped B, and
   double condition_points = std::numeric_limits<double>::quiet_NaN();   ///< C; adinm only

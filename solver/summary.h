@@ -42,7 +42,6 @@ struct IterationRecord {
   double rho = 0;                 ///< actual over predicted decrease [Qu18, Eq. 3.104]
   double damping = 0;             ///< mu of this trial; 0 where the method has none
   double radius = 0;              ///< of this trial's trust region; 0 where the method has none
-  double scaled_length = 0;       ///< |D p| that the radius bounds; 0 without a trust region
   bool on_boundary = false;       ///< the trust region cut the step
   int inner_iterations = 0;
   Elimination eliminated = Elimination::none;

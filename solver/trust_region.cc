@@ -77,6 +77,7 @@ TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::Thread
   const MethodTraits& method = traits(options.method);
   if (method.damped) damping_.emplace(*options.initial_damping, *options.min_damping);
   if (method.bounded) radius_.emplace(options.initial_radius);
+  if (method.bounded && !method.damped) block_radius_.emplace(std::nullopt);
 }
 
 Summary TrustRegion::run(State& state) {
@@ -141,16 +142,16 @@ void TrustRegion::compute_step() {
       .inverse_scaling = inverse_scaling_.empty() ? nullptr : inverse_scaling_.data(),
       .tolerance = forcing_.tolerance()};
   if (radius_) request.radius = radius_->radius();
-  const StepReport report = steps_.solve(request, step_.data());
+  if (block_radius_) request.block_radius = block_radius_->radius();
+  report_ = steps_.solve(request, step_.data());
   ++summary_.linear_solves;
-  summary_.inner_iterations += report.inner_iterations;
-  record_.inner_iterations = report.inner_iterations;
-  record_.on_boundary = report.on_boundary;
-  record_.scaled_length = report.length;
-  record_.eliminated = report.eliminated;
-  record_.condition_cameras = report.condition_cameras;
-  record_.condition_points = report.condition_points;
-  step_valid_ = report.solved && step_is_finite();
+  summary_.inner_iterations += report_.inner_iterations;
+  record_.inner_iterations = report_.inner_iterations;
+  record_.on_boundary = report_.on_boundary;
+  record_.eliminated = report_.eliminated;
+  record_.condition_cameras = report_.condition_cameras;
+  record_.condition_points = report_.condition_points;
+  step_valid_ = report_.solved && step_is_finite();
 }
 
 void TrustRegion::fill_damping() {
@@ -201,7 +202,10 @@ void TrustRegion::judge() {
   }
   record_.accepted = record_.rho > 0;
   if (damping_) damping_->update(record_.rho);
-  if (radius_) radius_->update(record_.rho, record_.on_boundary, record_.scaled_length);
+  if (radius_) radius_->update(record_.rho, report_.on_boundary, report_.length);
+  if (block_radius_) {
+    block_radius_->update(record_.rho, report_.block_on_boundary, report_.block_length);
+  }
   if (!record_.accepted) return;
   std::swap(state_, candidate_);
   cost_ = record_.candidate_cost;

@@ -63,14 +63,16 @@ class TrustRegion {
   std::vector<double> step_;
   std::vector<double> J_step_;
 
-  std::optional<Damping> damping_;     // what the method has of these
-  std::optional<TrustRadius> radius_;  // two decides what it is
+  std::optional<Damping> damping_;           // what the method has of these
+  std::optional<TrustRadius> radius_;        // two decides what it is
+  std::optional<TrustRadius> block_radius_;  // of eliminated blocks that no damping holds
   Increments increments_;
   Forcing forcing_;
   LossSchedule loss_;
   Convergence convergence_;
   double cost_ = 0;
   double previous_cost_ = 0;  // before the current iteration
+  StepReport report_;         // of the last step
   bool step_valid_ = false;
   bool stopped_ = false;
   IterationRecord record_;
