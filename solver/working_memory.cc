@@ -64,11 +64,14 @@ double working_memory(const Problem& problem, const Options& options) {
                    static_cast<double>(problem.camera_count()),
                    static_cast<double>(problem.point_count())};
   const double scaling = options.scaling == DiagonalMatrix::identity ? 0 : word * n.unknowns();
-  const double inner = traits(options.method).adaptive
-                           ? inner_solver(n, options, Elimination::points) +
-                                 inner_solver(n, options, Elimination::cameras)
-                           : inner_solver(n, options, *options.elimination);
-  return engine(n) + scaling + inner;
+  const MethodTraits& method = traits(options.method);
+  // Held blocks (solver/step_pcg.cc): a damping of their own, and their lengths.
+  const double held =
+      method.bounded && !method.damped ? word * (n.unknowns() + n.points + n.cameras) : 0;
+  const double inner = method.adaptive ? inner_solver(n, options, Elimination::points) +
+                                             inner_solver(n, options, Elimination::cameras)
+                                       : inner_solver(n, options, *options.elimination);
+  return engine(n) + scaling + held + inner;
 }
 
 }  // namespace raybundle

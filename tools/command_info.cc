@@ -137,8 +137,8 @@ std::string info_text(const Info& info) {
   text += "\nmemory estimates (available: " + bytes_text(linalg::available_memory()) + ")\n";
   for (const MemoryEstimate& each : info.memory.methods) {
     text += format("  %-12s eliminating %-8s %-16s %s%s\n", name(each.method),
-                   name(each.elimination), name(each.linear), each.upper_bound ? "at most " : "",
-                   bytes_text(each.bytes).c_str());
+                   each.elimination ? name(*each.elimination) : "either", name(each.linear),
+                   each.upper_bound ? "at most " : "", bytes_text(each.bytes).c_str());
   }
   if (!info.warnings.empty()) text += "\nwarnings\n";
   for (const std::string& each : info.warnings) text += "  " + each + "\n";
@@ -153,7 +153,7 @@ std::string info_json(const Info& info) {
   Json memory = Json::array();
   for (const MemoryEstimate& each : info.memory.methods) {
     memory.push_back({{"method", name(each.method)},
-                      {"elimination", name(each.elimination)},
+                      {"elimination", each.elimination ? Json(name(*each.elimination)) : Json()},
                       {"linear", name(each.linear)},
                       {"bytes", each.bytes},
                       {"upper_bound", each.upper_bound}});

@@ -13,7 +13,8 @@ namespace {
 constexpr double program = 12e6;  // code, libraries, buffers of the system
 
 /// What is there before a matrix is: the program, the problem, and the engine's own.
-double before_matrix(const Problem& problem, Method method, Elimination elimination) {
+double before_matrix(const Problem& problem, Method method,
+                     std::optional<Elimination> elimination) {
   const double numbers = static_cast<double>(problem.cameras.size() + problem.points.size());
   const double observations = static_cast<double>(problem.observation_count());
   const Options options = resolve({.method = method, .elimination = elimination});
@@ -26,8 +27,8 @@ MemoryEstimates estimate_memory(const Problem& problem) {
   linalg::ThreadPool pool(1);
   const Objective objective(problem, PoseUpdate::local, Lens::free, pool);
   MemoryEstimates result;
-  const auto add = [&](Method method, Elimination elimination, Linear linear, double matrix,
-                       bool upper_bound = false) {
+  const auto add = [&](Method method, std::optional<Elimination> elimination, Linear linear,
+                       double matrix, bool upper_bound = false) {
     const double bytes = before_matrix(problem, method, elimination) + matrix;
     result.methods.push_back({method, elimination, linear, bytes, upper_bound});
   };
@@ -51,6 +52,8 @@ MemoryEstimates estimate_memory(const Problem& problem) {
   for (const E elimination : {E::points, E::none, E::cameras}) {
     add(Method::tnm, elimination, Linear::implicit_pcg, 0);
   }
+  add(Method::dinm, E::points, Linear::implicit_pcg, 0);
+  add(Method::adinm, std::nullopt, Linear::implicit_pcg, 0);
   return result;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <raybundle/models/problem.h>
@@ -11,7 +12,7 @@ namespace raybundle::tools {
 /// What one way to solve a problem is expected to take at most at a time, the problem included.
 struct MemoryEstimate {
   Method method;
-  Elimination elimination;
+  std::optional<Elimination> elimination;  ///< empty: the method chooses
   Linear linear;
   double bytes;
   bool upper_bound;  ///< the sparsity was not worked out; taken as full

@@ -16,6 +16,11 @@ namespace {
 void add_result(const SolveRecord& record, Table& table) {
   const Summary& summary = record.summary;
   table.add("cost", format("%.6e -> %.6e", summary.initial_cost, summary.final_cost));
+  const Options& options = summary.options;
+  if (options.loss && *options.loss != Loss::none) {
+    table.add("loss", format("%s of each %s, scale %g px", name(*options.loss),
+                             name(*options.loss_scope), *options.loss_scale));
+  }
   table.add("RMSE", format("%.6g px -> %.6g px", record.before.rmse, record.after.rmse));
   if (record.before.behind_camera != 0 || record.after.behind_camera != 0) {
     table.add("behind cameras", format("%lld -> %lld observations",
@@ -35,7 +40,8 @@ void add_work(const SolveRecord& record, Table& table) {
   }
   table.add("iterations", counts);
   table.add("method", name(summary.options.method));
-  if (summary.options.elimination) table.add("eliminated", name(*summary.options.elimination));
+  const auto& elimination = summary.options.elimination;
+  table.add("eliminated", elimination ? name(*elimination) : "points or cameras, by condition");
   table.add("linear solver", summary.linear_solver);
   table.add("threads", std::to_string(summary.threads));
 }
