@@ -115,6 +115,28 @@ INSTANTIATE_TEST_SUITE_P(
              test::letter(std::get<3>(variant.param));
     });
 
+// Every method as it comes, and every forcing rule.
+TEST(SameMinimumByDefault, IsReachedByEveryMethod) {
+  const double expected = minimum(PoseUpdate::local, Lens::free);
+  for (int k = 0; k < enum_count<Method>; ++k) {
+    for (int rule = 0; rule < enum_count<ForcingRule>; ++rule) {
+      Options options = {.method = static_cast<Method>(k),
+                         .loss = Loss::none,
+                         .max_iterations = 300,
+                         .function_tolerance = 1e-12};
+      if (options.method != Method::lm_cholesky) {
+        options.forcing_rule = static_cast<ForcingRule>(rule);
+      }
+      Problem problem = problem_to_solve();
+      const Summary summary = solve(problem, options);
+      EXPECT_NEAR(summary.final_cost, expected, 1e-6 * expected)
+          << name(options.method) << " " << name(static_cast<ForcingRule>(rule)) << " "
+          << name(summary.termination) << " after " << summary.iterations.size();
+      EXPECT_EQ(outcome(summary.termination), Outcome::converged) << summary.message;
+    }
+  }
+}
+
 TEST(SameMinimumOf, AllPoseUpdatesAndLenses) {
   for (const Lens lens : {Lens::free, Lens::fixed}) {
     const double expected = minimum(PoseUpdate::local, lens);

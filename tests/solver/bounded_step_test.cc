@@ -88,6 +88,35 @@ TEST(BoundedStep, NeedsNoDamping) {
   }
 }
 
+// A point whose rays are parallel: its block is singular along them, and without damping its step is
+// whatever rounding makes of that, however small the region of the cameras is.
+TEST(BoundedStep, HoldsEliminatedBlocksThatNothingDamps) {
+  const Problem problem = test::small_problem({.seed = 4, .points = 25, .far_points = 1});
+  DenseObjective at(problem, PoseUpdate::local, Lens::free);
+  const DenseStep undamped(at, DiagonalMatrix::identity, 0);
+  for (const Elimination elimination : {Elimination::points, Elimination::cameras}) {
+    StepFixture fixture(
+        at,
+        {.method = Method::inm, .elimination = elimination, .scaling = DiagonalMatrix::identity});
+    const bool points = elimination == Elimination::points;
+    const Eigen::Index hubs = at.hubs() * at.hub_size();
+    const Eigen::Index first = points ? hubs : 0;
+    const Eigen::Index count = points ? undamped.gradient.size() - hubs : hubs;
+    double previous = std::numeric_limits<double>::infinity();
+    for (const double radius : {1e-2, 1e-4, 1e-6}) {
+      const auto result = fixture.solve(undamped.damping, radius, radius);
+      ASSERT_TRUE(result.report.solved);
+      EXPECT_GT(undamped.decrease(result.step), 0) << "still a descent of the undamped model";
+      const double longest = result.step.segment(first, count).cwiseAbs().maxCoeff();
+      EXPECT_LE(longest, 3 * radius);
+      EXPECT_LT(longest, previous);
+      EXPECT_NEAR(result.report.block_length, longest, 2 * longest);
+      EXPECT_EQ(result.report.block_on_boundary, result.report.block_length > 0.5 * radius);
+      previous = longest;
+    }
+  }
+}
+
 double worst_block(const Eigen::MatrixXd& H, Eigen::Index first, Eigen::Index size,
                    Eigen::Index count) {
   double worst = 1;

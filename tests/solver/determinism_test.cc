@@ -80,7 +80,12 @@ std::vector<Variant> variants() {
           {cholesky(Elimination::cameras, Linear::dense_cholesky, 2), "CholeskyCamerasDense"},
           {tnm(Elimination::points), "PcgPoints"},
           {tnm(Elimination::none), "PcgNone"},
-          {tnm(Elimination::cameras), "PcgCameras"}};
+          {tnm(Elimination::cameras), "PcgCameras"},
+          {{.method = Method::inm, .max_iterations = 8}, "Inm"},
+          {{.method = Method::adinm, .max_iterations = 8}, "Adinm"},
+          {{.method = Method::irls, .max_iterations = 12}, "Irls"},
+          {{.method = Method::dinm, .max_iterations = 8, .forcing_rule = ForcingRule::nash_sofer},
+           "DinmNashSofer"}};
 }
 
 class Determinism : public ::testing::TestWithParam<Variant> {};

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -103,7 +104,8 @@ class StepFixture {
   };
 
   Result solve(const Eigen::VectorXd& damping,
-               double radius = std::numeric_limits<double>::infinity()) {
+               double radius = std::numeric_limits<double>::infinity(),
+               std::optional<double> block_radius = {}) {
     std::vector<double> inverse;
     if (*options_.scaling != DiagonalMatrix::identity) {
       fill_diagonal(*options_.scaling, increments(options_), normal_, inverse);
@@ -117,6 +119,7 @@ class StepFixture {
                                  .damping = damping.data(),
                                  .inverse_scaling = inverse.empty() ? nullptr : inverse.data(),
                                  .radius = radius,
+                                 .block_radius = block_radius,
                                  .tolerance = forcing.tolerance()};
     result.report = solver_->solve(request, result.step.data());
     return result;
