@@ -1,6 +1,7 @@
 #include <raybundle/linalg/pcg.h>
 #include <raybundle/linalg/preconditioner.h>
 #include <raybundle/linalg/vector.h>
+#include <raybundle/solver/block_region.h>
 #include <raybundle/solver/step.h>
 
 #include <algorithm>
@@ -21,8 +22,8 @@ class PcgStep final : public StepSolver {
  public:
   PcgStep(const Options& options, Elimination elimination, const linalg::BlockLayout& layout,
           linalg::ThreadPool& pool)
-      : layout_(layout),
-        elimination_(elimination),
+      : elimination_(elimination),
+        block_region_(layout, eliminated_side(elimination)),
         preconditioner_kind_(*options.preconditioner),
         max_iterations_(*options.max_inner_iterations),
         pool_(pool),
@@ -32,7 +33,7 @@ class PcgStep final : public StepSolver {
         x_(index(system_->size())) {}
 
   StepReport solve(const StepRequest& request, double* step) override {
-    system_->prepare(request.at, hold_blocks(request));
+    system_->prepare(request.at, block_region_.hold(request));
     build_preconditioner();
     inverse_ = request.inverse_scaling;
     if (inverse_ != nullptr) {
@@ -54,7 +55,7 @@ class PcgStep final : public StepSolver {
     report.solved = result.end != linalg::Pcg::End::breakdown || result.iterations > 0;
     scale(x_.data());
     system_->expand(x_.data(), step);
-    measure_blocks(request, step, report);
+    block_region_.measure(request, step, report);
     return report;
   }
 
@@ -78,66 +79,6 @@ class PcgStep final : public StepSolver {
             .model_decrease = tolerance.model_decrease,
             .max_iterations = max_iterations_,
             .radius = request.radius};
-  }
-
-  // Without damping nothing holds an eliminated block that is close to singular: its step does not
-  // vanish with the radius. lambda_i = |D^-1 g_i| / block_radius does: with it the block's own
-  // step, |D (C_i + lambda_i D^2)^-1 g_i|, is at most the block radius; it vanishes with the
-  // gradient.
-  const double* hold_blocks(const StepRequest& request) {
-    if (!request.block_radius || !std::isfinite(*request.block_radius)) return request.damping;
-    const auto side = eliminated_side(elimination_);
-    if (!side) return request.damping;
-    damping_.assign(request.damping, request.damping + layout_.unknowns());
-    const double* g = request.at.normal->gradient.data();
-    for_eliminated(*side, [&](std::int64_t first, std::int64_t last) {
-      double squares = 0;
-      for (std::int64_t i = first; i < last; ++i) {
-        const double scaled = inverse(request, i) * g[i];
-        squares += scaled * scaled;
-      }
-      const double lambda = std::sqrt(squares) / *request.block_radius;
-      for (std::int64_t i = first; i < last; ++i) {
-        damping_[index(i)] += lambda / (inverse(request, i) * inverse(request, i));
-      }
-    });
-    return damping_.data();
-  }
-
-  // A free step sets the scale of the block radius: ten times its median block, as a few blocks
-  // that are close to singular may go anywhere. Later the longest block tells whether it is cut.
-  void measure_blocks(const StepRequest& request, const double* step, StepReport& report) {
-    const auto side = eliminated_side(elimination_);
-    if (!request.block_radius || !side) return;
-    lengths_.clear();
-    for_eliminated(*side, [&](std::int64_t first, std::int64_t last) {
-      double squares = 0;
-      for (std::int64_t i = first; i < last; ++i) {
-        const double scaled = step[i] / inverse(request, i);
-        squares += scaled * scaled;
-      }
-      lengths_.push_back(std::sqrt(squares));
-    });
-    if (std::isfinite(*request.block_radius)) {
-      report.block_length = *std::max_element(lengths_.begin(), lengths_.end());
-      report.block_on_boundary = report.block_length > 0.5 * *request.block_radius;
-    } else {
-      const auto middle = lengths_.begin() + static_cast<std::ptrdiff_t>(lengths_.size() / 2);
-      std::nth_element(lengths_.begin(), middle, lengths_.end());
-      report.block_length = 10 * *middle;
-    }
-  }
-
-  template <class Visit>
-  void for_eliminated(linalg::Side side, Visit&& visit) const {
-    const int size = layout_.block_size(side);
-    for (std::int64_t b = 0; b < layout_.block_count(side); ++b) {
-      const std::int64_t first = layout_.offset(side) + b * size;
-      visit(first, first + size);
-    }
-  }
-  static double inverse(const StepRequest& request, std::int64_t i) {
-    return request.inverse_scaling == nullptr ? 1 : request.inverse_scaling[i];
   }
 
   void build_preconditioner() {
@@ -179,8 +120,8 @@ class PcgStep final : public StepSolver {
     for (std::int64_t i = 0; i < system_->size(); ++i) x[i] /= inverse_[i];
   }
 
-  const linalg::BlockLayout& layout_;
   Elimination elimination_;
+  BlockRegion block_region_;
   Preconditioner preconditioner_kind_;
   int max_iterations_;
   linalg::ThreadPool& pool_;
@@ -191,8 +132,6 @@ class PcgStep final : public StepSolver {
   std::vector<double> b_;
   std::vector<double> x_;
   std::vector<double> scaled_;
-  std::vector<double> damping_;  // of a step whose eliminated blocks are held
-  std::vector<double> lengths_;
   const double* inverse_ = nullptr;  // D^-1 of the unknowns solved for; null: the identity
 };
 

@@ -65,7 +65,7 @@ double working_memory(const Problem& problem, const Options& options) {
                    static_cast<double>(problem.point_count())};
   const double scaling = options.scaling == DiagonalMatrix::identity ? 0 : word * n.unknowns();
   const MethodTraits& method = traits(options.method);
-  // Held blocks (solver/step_pcg.cc): a damping of their own, and their lengths.
+  // solver/block_region.h: a damping of its own, and lengths.
   const double held =
       method.bounded && !method.damped ? word * (n.unknowns() + n.points + n.cameras) : 0;
   const double inner = method.adaptive ? inner_solver(n, options, Elimination::points) +
