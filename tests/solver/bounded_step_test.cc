@@ -88,8 +88,8 @@ TEST(BoundedStep, NeedsNoDamping) {
   }
 }
 
-// A point whose rays are parallel: its block is singular along them, and without damping its step is
-// whatever rounding makes of that, however small the region of the cameras is.
+// A point whose rays are parallel: its block is singular along them, and without damping its step
+// is whatever rounding makes of that, however small the region of the cameras is.
 TEST(BoundedStep, HoldsEliminatedBlocksThatNothingDamps) {
   const Problem problem = test::small_problem({.seed = 4, .points = 25, .far_points = 1});
   DenseObjective at(problem, PoseUpdate::local, Lens::free);
