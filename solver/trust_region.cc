@@ -65,7 +65,6 @@ TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::Thread
       residual_(index(objective.layout().residuals())),
       J_(objective.layout()),
       normal_(objective.layout()),
-      damping_matrix_(index(objective.layout().unknowns()), 1.0),
       damping_diagonal_(index(objective.layout().unknowns())),
       step_(index(objective.layout().unknowns())),
       J_step_(index(objective.layout().residuals())),
@@ -155,7 +154,8 @@ void TrustRegion::compute_step() {
 }
 
 void TrustRegion::fill_damping() {
-  const double mu = damping_ ? damping_->mu() : 0;
+  if (!damping_) return;  // and the diagonal stays 0
+  const double mu = damping_->mu();
   for (std::size_t i = 0; i < damping_diagonal_.size(); ++i) {
     damping_diagonal_[i] = mu * damping_matrix_[i];
   }
@@ -216,10 +216,7 @@ void TrustRegion::linearize() {
   // The sum it returns is rounded differently; costs that are compared come from one function.
   static_cast<void>(objective_.linearize(state_, residual_.data(), J_));
   normal_.form(J_, residual_.data(), pool_);
-  if (damping_) {
-    fill_diagonal(*summary_.options.damping_matrix, increments_, normal_, damping_matrix_);
-  }
-  fill_scaling();
+  fill_matrices();
   const auto unknowns = static_cast<std::int64_t>(normal_.gradient.size());
   const double* g = normal_.gradient.data();
   record_.cost = cost_;
@@ -228,10 +225,19 @@ void TrustRegion::linearize() {
   forcing_.linearized(record_.gradient_norm);
 }
 
-void TrustRegion::fill_scaling() {
-  const DiagonalMatrix kind = *summary_.options.scaling;
-  if (kind == DiagonalMatrix::identity) return;
-  fill_diagonal(kind, increments_, normal_, inverse_scaling_);
+// Only diag(H) changes from one linearisation to the next.
+void TrustRegion::fill_matrices() {
+  const Options& options = summary_.options;
+  const auto due = [](DiagonalMatrix kind, const std::vector<double>& matrix) {
+    return kind == DiagonalMatrix::diag_h || matrix.empty();
+  };
+  if (damping_ && due(*options.damping_matrix, damping_matrix_)) {
+    fill_diagonal(*options.damping_matrix, increments_, normal_, damping_matrix_);
+  }
+  if (*options.scaling == DiagonalMatrix::identity || !due(*options.scaling, inverse_scaling_)) {
+    return;
+  }
+  fill_diagonal(*options.scaling, increments_, normal_, inverse_scaling_);
   for (double& d : inverse_scaling_) d = 1 / std::sqrt(d);
 }
 

@@ -42,7 +42,7 @@ class TrustRegion {
 
   void begin_record();
   void fill_damping();
-  void fill_scaling();
+  void fill_matrices();
   bool step_is_finite() const;
   double seconds() const;
 
