@@ -77,7 +77,7 @@ Json matrix_forms(const Problem& problem, linalg::ThreadPool& pool) {
     const double seconds = seconds_of([&] {
       derivatives();
       visit_entries(at, [&](std::int64_t i, std::int64_t j, double value) {
-        triplets.emplace_back(static_cast<int>(i), static_cast<int>(j), value);
+        if (value != 0) triplets.emplace_back(static_cast<int>(i), static_cast<int>(j), value);
       });
       J.setFromTriplets(triplets.begin(), triplets.end());
       reference = J.transpose() * J;

@@ -1,0 +1,166 @@
+"""Claims of the thesis as functions of results: (verdict, sentence with our numbers)."""
+
+HOLDS, FAILS, TIE, MISSING = "holds", "fails", "no difference", "not run"
+QUANTITIES = {
+    "cost": "final cost",
+    "gradient": "final gradient norm",
+    "least_gradient": "least gradient norm",
+    "total": "seconds in all",
+    "per_solve": "seconds per linear solve",
+    "inner": "inner iterations per solve",
+    "rises": "decades of gradient rises",
+    "camera": "RMSE of the cameras",
+    "point": "RMSE of the points",
+}
+SAME = {"cost": 1e-4}  # relative differences that are none; 2 % where nothing is said
+
+
+class Claim:
+    def __init__(self, text, check):
+        self.text, self.check = text, check
+
+
+def number(value):
+    if value is None:
+        return "?"
+    if value == float("inf"):
+        return "never"
+    return f"{value:.8g}" if value >= 1000 and value < 1e7 else f"{value:.3g}"
+
+
+def values(results, problem, names, quantity):
+    """Of the runs that are there and have it: {name: value}."""
+    found = {}
+    for name in names:
+        run = results.run(problem, name)
+        value = getattr(run, quantity) if run else None
+        if value is not None:
+            found[name] = value
+    return found
+
+
+def listed(found, label=str):
+    return ", ".join(f"{label(name)} {number(value)}"
+                     for name, value in sorted(found.items(), key=lambda item: item[1]))
+
+
+def least(problem, quantity, winners, names, label=str):
+    """`winners` have the least value among `names` (all of them below all others)."""
+    tolerance = SAME.get(quantity, 0.02)
+
+    def check(results):
+        found = values(results, problem, names, quantity)
+        ours = [found[name] for name in winners if name in found]
+        others = [value for name, value in found.items() if name not in winners]
+        if len(ours) < len(winners) or not others:
+            return MISSING, ""
+        sentence = f"{QUANTITIES[quantity]}: {listed(found, label)}"
+        if max(found.values()) <= min(found.values()) * (1 + tolerance):
+            return TIE, sentence
+        return (HOLDS if max(ours) <= min(others) * (1 + tolerance) else FAILS), sentence
+    return check
+
+
+def similar(problem, names, within, label=str):
+    """The final costs are all within a share of the least."""
+    def check(results):
+        found = values(results, problem, names, "cost")
+        if len(found) < 2:
+            return MISSING, ""
+        low = min(found.values())
+        away = {name: value / low for name, value in found.items() if value > low * (1 + within)}
+        if not away:
+            worst = max(found.values()) / low - 1
+            return HOLDS, f"final costs are within {100 * worst:.2g} % of the least, {number(low)}"
+        return FAILS, f"over the least cost, {number(low)}, by factors of: {listed(away, label)}"
+    return check
+
+
+def faster_to(problem, fast, slow, excess=0.01, unit="steps"):
+    """Each of `fast` comes to within a share of the least cost before its partner of `slow`."""
+    def check(results):
+        found = values(results, problem, fast + slow, "cost")
+        if len(found) < len(fast + slow):
+            return MISSING, ""
+        target = min(found.values()) * (1 + excess)
+        to = {name: getattr(results.run(problem, name), unit + "_to")(target) for name in found}
+        good = all(to[a] <= to[b] for a, b in zip(fast, slow))
+        if len(set(to.values())) == 1:
+            return TIE, f"{unit} to within {100 * excess:g} % of the least cost: {listed(to)}"
+        return (HOLDS if good else FAILS), f"{unit} to within {100 * excess:g} % of the least cost: {listed(to)}"
+    return check
+
+
+def below(problem, quantity, bound, names):
+    def check(results):
+        found = values(results, problem, names, quantity)
+        if len(found) < len(names):
+            return MISSING, ""
+        good = all(value < bound for value in found.values())
+        return (HOLDS if good else FAILS), f"{QUANTITIES[quantity]}: {listed(found)}"
+    return check
+
+
+def times_faster(problem, quantity, fast, slow, factor):
+    """`fast` takes at most 1 / factor of the time of each of `slow`."""
+    def check(results):
+        found = values(results, problem, [fast] + slow, quantity)
+        if len(found) < 1 + len(slow):
+            return MISSING, ""
+        ratios = {name: found[name] / found[fast] for name in slow}
+        good = all(ratio >= factor for ratio in ratios.values())
+        return (HOLDS if good else FAILS), f"times of others over that of {fast}: {listed(ratios)}"
+    return check
+
+
+def falling(problem, names, quantity, slack=1.0):
+    """The quantity does not grow along `names`; `slack` is a factor that counts as no growth."""
+    def check(results):
+        found = values(results, problem, names, quantity)
+        if len(found) < len(names):
+            return MISSING, ""
+        row = [found[name] for name in names]
+        good = all(b <= a * slack for a, b in zip(row, row[1:]))
+        text = ", ".join(f"{name} {number(found[name])}" for name in names)
+        return (HOLDS if good else FAILS), f"{QUANTITIES[quantity]}: {text}"
+    return check
+
+
+def breaks_down(problem, names):
+    """The thesis saw NaN; a claim about its own program rather than about the method."""
+    def check(results):
+        runs = {name: results.run(problem, name) for name in names}
+        if not all(runs.values()):
+            return MISSING, ""
+        text = ", ".join(f"{name} {run.steps} steps, {run.status.replace('_', ' ')}"
+                         for name, run in runs.items())
+        good = any(run.failed for run in runs.values())
+        return (HOLDS if good else FAILS), f"with us: {text}"
+    return check
+
+
+def identical_start(problem, a, b):
+    """Two runs take the same first steps."""
+    def check(results):
+        first, second = results.run(problem, a), results.run(problem, b)
+        if not first or not second:
+            return MISSING, ""
+        pairs = list(zip(first.kept, second.kept))
+        same = next((k for k, (x, y) in enumerate(pairs) if x["cost"] != y["cost"]), len(pairs))
+        switches = sum(each["eliminated"] == "cameras" for each in second.trials[1:])
+        sentence = (f"the first {max(same - 1, 0)} of {len(pairs) - 1} steps are the same to the last "
+                    f"bit; {b} eliminated the cameras in {switches} of {len(second.trials) - 1} trials")
+        return (HOLDS if same > 1 else FAILS), sentence
+    return check
+
+
+def ranking(problem, quantity, order):
+    """The names in ascending order of the quantity, as the thesis' table has them."""
+    def check(results):
+        found = values(results, problem, order, quantity)
+        if len(found) < len(order):
+            return MISSING, ""
+        row = [found[name] for name in order]
+        good = all(a <= b for a, b in zip(row, row[1:]))
+        return (HOLDS if good else FAILS), f"{QUANTITIES[quantity]}: {listed(found)}"
+    return check

@@ -1,0 +1,164 @@
+"""The report: docs/results/qu18.md with its plots."""
+
+import shutil
+
+from .claims import FAILS, HOLDS, MISSING, TIE, number
+from .measured import lines_plot, table
+
+SHOWN = {"BAL": "BAL", "CD-C": "LMA-CD"}
+
+
+def ratios(row):
+    """Numbers as text, those of times with the ratio to the least of the row."""
+    plain = [value for value in row if isinstance(value, (int, float))]
+    low = min(plain, default=0)
+    texts = []
+    for value in row:
+        if not isinstance(value, (int, float)):
+            texts.append("" if value is None else str(value))
+        else:
+            texts.append(number(value) + (f" ({value / low:.2g})" if low > 0 and len(plain) > 1 else ""))
+    return texts
+
+
+def table_text(spec, results):
+    runs = [results.run(spec.problem, name) if name else None for _, name in spec.columns]
+    rows = []
+    for row in spec.rows:
+        label = row.label or row.quantity
+        with_ratio = row.quantity in ("per_solve", "total", "inner")
+        shape = ratios if with_ratio else lambda cells: [
+            number(c) if isinstance(c, (int, float)) else (c or "") for c in cells]
+        if any(value is not None for value in row.thesis):
+            rows.append([label + ", thesis"] + shape(row.thesis))
+        ours = [getattr(run, row.quantity) if run else None for run in runs]
+        rows.append([label + ", ours"] + shape(ours))
+    text = f"Table {spec.number}\n\n" + table([""] + [label for label, _ in spec.columns], rows)
+    odd = [note for (label, _), run in zip(spec.columns, runs) if (note := remark(label, run, results))]
+    return text + ("\n" + "; ".join(odd) + ".\n" if odd else "")
+
+
+def remark(label, run, results):
+    """Why a run is shorter than asked for."""
+    if run is None or run.outcome["status"] == "not run":
+        return f"{label}: not run"
+    if not run:
+        return f"{label}: {run.outcome['status']} {run.outcome['message']}".strip()
+    if run.status == "time_limit" or run.status == "max_iterations" and run.steps < results.settings.steps:
+        return f"{label}: {run.steps} steps, {run.rejected} rejected trials ({run.status.replace('_', ' ')})"
+    if run.status not in ("max_iterations",) and len(run.trials) == len(run.log["iterations"]):
+        return f"{label}: ended after {run.steps} steps by {run.status.replace('_', ' ')}"
+    return ""
+
+
+def figure_plot(figure, results):
+    series = []
+    for label, name, *dashed in figure.curves:
+        run = results.run(figure.problem, name)
+        if run:
+            x, y = run.curve(figure.x, figure.y)
+            series.append({"name": label, "x": x, "y": y, "dashed": bool(dashed and dashed[0])})
+    if not series:
+        return None
+    label = "seconds" if figure.x == "seconds" else "accepted steps"
+    y = "cost" if figure.y == "cost" else "gradient norm"
+    return lines_plot(figure.name, figure.caption, (label, y), series, log_y=True,
+                      log_x=figure.x == "seconds")
+
+
+def claim_rows(experiment, results):
+    rows = []
+    for claim in experiment.claims:
+        verdict, sentence = claim.check(results)
+        rows.append((claim.text, verdict, sentence))
+    return rows
+
+
+def section(experiment, results, plots):
+    text = f"## {experiment.title}\n\n"
+    if experiment.extra:
+        extra = experiment.extra(results)
+        text += extra.text + "\n"
+        for plot in extra.plots:
+            plots.append(plot)
+            text += image(plot["name"], plot["title"])
+    for each in experiment.tables:
+        text += table_text(each, results) + "\n"
+    for figure in experiment.figures:
+        plot = figure_plot(figure, results)
+        if plot:
+            plots.append(plot)
+            text += image(figure.name, figure.caption)
+        else:
+            text += f"{figure.caption}: not run.\n\n"
+    rows = claim_rows(experiment, results)
+    for claim, verdict, sentence in rows:
+        text += f"- **{verdict}**: {claim}" + (f". {sentence[0].upper()}{sentence[1:]}" if sentence else "") + ".\n"
+    if experiment.note:
+        text += "\n" + experiment.note + "\n"
+    return text + "\n", rows
+
+
+def image(name, title):
+    return f"![{title}](qu18/{name}.svg)\n\n"
+
+
+def heading(meta, counts):
+    settings = meta["settings"]
+    limits = ", ".join(f"{name} {seconds:g} s" for name, seconds in settings["limits"].items())
+    return f"""# The thesis reproduced
+
+Every comparison of [Qu18] (Tables 3.1 to 5.4, Figures 3.1 to 5.19), with the thesis' numbers, ours, and whether
+what it claims holds here. `tools/reproduce qu18` runs it all and writes this page; `--report-only`
+writes it again from the runs that are there.
+
+Of {sum(counts.values())} claims {counts[HOLDS]} hold, {counts[FAILS]} fail, {counts[TIE]} cannot be told
+(no difference beyond 2 %, of costs 0.01 %), {counts[MISSING]} were not run.
+
+- Problem of chapters 3 and 4: {meta["ladybug"]}.
+- Machine: {meta["machine"]}. The thesis' times are of Matlab on an i7-6600U: only order and
+  ratios (in brackets, to the least of the row) can be compared.
+- An iteration of the thesis is an accepted step: runs of chapters 3 and 4 have up to {settings["trials"]} trials and
+  are read up to accepted step {settings["steps"]}, within {settings["ladybug_limit"]:g} s. Figures 5.6 and 5.7: up to {settings["long_trials"]} trials,
+  the same limit. Balls: up to {settings["ball_trials"]} trials, within {limits}; one seed, noise of 1 pixel,
+  no outliers.
+- One run each, {settings["threads"]} threads. The methods as the thesis has them: additive poses unless local, no
+  preconditioner unless said, PCG to min(0.1, |b|) |b|, at most 1000 inner iterations unless said.
+  What it does not print is ours: damping 1 at the start (1e-4 with diag(H)), the length of the
+  first step as first radius, the scale of the loss 1 pixel, per component.
+- Cost is ½ Σ |r|² in pixels². IRLS' cost is that of its loss and not compared with others'.
+- Fluctuation of the gradient norm: the decades by which it rises, all rises added.
+
+"""
+
+
+def failures(rows):
+    text = "## What does not hold\n\n"
+    for title, claims in rows:
+        for claim, verdict, sentence in claims:
+            if verdict == FAILS:
+                text += f"- {title.split(' (')[0]}: \"{claim}\". {sentence[:1].upper()}{sentence[1:]}.\n"
+    return text + "\n"
+
+
+def write(experiments, results, meta, work, docs):
+    """Writes qu18.md and qu18/*.svg into `docs`; what could not be drawn, or nothing."""
+    plots, rows, body = [], [], ""
+    for each in experiments:
+        text, claims = section(each, results, plots)
+        body += text
+        rows.append((each.title, claims))
+    counts = dict.fromkeys((HOLDS, FAILS, TIE, MISSING), 0)
+    for _, claims in rows:
+        for _, verdict, _ in claims:
+            counts[verdict] += 1
+    complaint = work.draw(plots)
+    target = docs / "qu18"
+    shutil.rmtree(target, ignore_errors=True)
+    target.mkdir(parents=True)
+    for plot in plots:
+        drawn = work.folder / "plots" / (plot["name"] + ".svg")
+        if drawn.is_file():
+            shutil.copyfile(drawn, target / drawn.name)
+    (docs / "qu18.md").write_text(heading(meta, counts) + failures(rows) + body)
+    return complaint

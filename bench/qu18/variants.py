@@ -1,0 +1,107 @@
+"""The methods of the thesis as options of `raybundle solve`, every choice spelled out."""
+
+ROOT_OPTIONS = {
+    "function-tolerance": "1e-16",
+    "gradient-tolerance": "0",
+    "parameter-tolerance": "0",
+    "max-consecutive-failures": "40",
+    "lens": "free",
+}
+SIDES = {"H": "none", "C": "points", "B": "cameras"}
+MATRICES = {"I": "identity", "inc": "inc", "diag": "diag-h"}
+STARTING_DAMPING = {"identity": "1", "inc": "1", "diag-h": "1e-4"}
+
+
+def options(method, **choices):
+    """The option string; a choice `max_iterations=3` becomes `--max-iterations 3`."""
+    words = ["--method", method]
+    for key, value in choices.items():
+        words += ["--" + key.replace("_", "-"), str(value)]
+    return " ".join(words)
+
+
+def damping(matrix):
+    name = MATRICES[matrix]
+    return {"damping_matrix": name, "initial_damping": STARTING_DAMPING[name]}
+
+
+def inner(limit=1000, forcing=0.1, preconditioner="identity"):
+    return {"preconditioner": preconditioner, "forcing_rule": "thesis", "forcing": forcing,
+            "max_inner_iterations": limit}
+
+
+def lm(side="C", matrix="I", **more):
+    linear = "dense-cholesky" if side == "C" else "sparse-cholesky"
+    choices = {"pose_update": "global", "elimination": SIDES[side], "linear": linear,
+               "scaling": "identity", "loss": "none", **damping(matrix), **more}
+    return options("lm-cholesky", **choices)
+
+
+def tnm(side="C", matrix="diag", **more):
+    return options("tnm", **{"pose_update": "global", "elimination": SIDES[side],
+                             "scaling": "identity", "loss": "none", **damping(matrix), **inner(),
+                             **more})
+
+
+def inm(side="C", scaling="inc", **more):
+    return options("inm", **{"pose_update": "global", "elimination": SIDES[side],
+                             "scaling": MATRICES[scaling], "loss": "none", **inner(), **more})
+
+
+def dinm(scaling="inc", matrix="I", method="dinm", **more):
+    side = {} if method == "adinm" else {"elimination": "points"}
+    return options(method, **{"pose_update": "global", **side, "scaling": MATRICES[scaling],
+                              "loss": "none", **damping(matrix), **inner(), **more})
+
+
+def bal(**more):
+    return tnm("C", "diag", preconditioner="b", **more)
+
+
+def irls(limit):
+    """The loss is of each component, as (4.20) has it; its scale is not printed: 1 pixel."""
+    return dinm(method="irls", max_inner_iterations=limit, pose_update="local", loss="huber",
+                loss_scope="component", loss_scale=1)
+
+
+def six(limit, prefix=""):
+    """The implementations that chapter 5 compares."""
+    return {
+        prefix + "LMA-CD": lm(),
+        prefix + "BAL": bal(max_inner_iterations=limit),
+        prefix + "DINM": dinm(max_inner_iterations=limit),
+        prefix + "ADINM": dinm(method="adinm", max_inner_iterations=limit),
+        prefix + "local-DINM": dinm(pose_update="local", max_inner_iterations=limit),
+        prefix + "IRLS": irls(limit),
+    }
+
+
+def ladybug():
+    """All runs of chapters 3, 4 and 5 on Ladybug; names are unique."""
+    runs = {"CD-C": lm("C"), "CD-H": lm("H"), "CD-B": lm("B"), "CD-C-diag": lm("C", "diag"),
+            "BAL": bal()}
+    for side in SIDES:
+        for matrix in MATRICES:
+            runs[f"INM-{side}-{matrix}"] = inm(side, matrix)
+            runs[f"TNM-{side}-{matrix}"] = tnm(side, matrix)
+    for pair in (("inc", "I"), ("inc", "diag"), ("diag", "I"), ("diag", "inc")):
+        runs["DINM-" + "-".join(pair)] = dinm(*pair)
+    for name in ("block-diag-s", "b", "diag-s", "diag-b"):
+        runs["pre-" + name] = dinm(preconditioner=name)
+    for limit in (100, 300, 500, 700, 2000):
+        runs[f"inner-{limit}"] = dinm(max_inner_iterations=limit)
+    for forcing in ("0.5", "0.2", "0.1", "0.05", "0.01"):
+        runs[f"forcing-{forcing}"] = dinm(forcing=forcing, max_inner_iterations=100000)
+    for method in ("dinm", "adinm"):
+        more = {"method": method, "max_inner_iterations": 3000}
+        name = method.upper() + "3000-"
+        runs[name + "inc-I"] = dinm(**more)
+        runs[name + "inc-diag"] = dinm("inc", "diag", **more)
+        runs[name + "inc-I-diag"] = dinm(preconditioner="diag-b", **more)
+    runs["local"] = dinm(pose_update="local")
+    return runs
+
+
+def evaluation():
+    """Figures 5.6 and 5.7: longer, with more inner iterations."""
+    return six(3000, "long-")
