@@ -170,7 +170,8 @@ def histogram(name, title, label, values, bins=80):
     scale = len(values) * width / (deviation * math.sqrt(2 * math.pi) or 1.0)
     gauss = [scale * math.exp(-0.5 * ((x - mean) / deviation) ** 2) for x in centres]
     series = [{"name": "frequency", "x": centres, "y": [c or None for c in counts]},
-              {"name": "Gaussian", "x": centres, "y": gauss, "dashed": True}]
+              {"name": "Gaussian", "x": centres, "y": [y if y > 0.1 else None for y in gauss],
+               "dashed": True}]
     return lines_plot(name, title, (label, "frequency"), series, log_y=True)
 
 
@@ -236,7 +237,7 @@ def image_plot(name, title, before, after, frame, most=250):
             segments.append([ox + shift, oy, ux + shift, uy])
     if dropped:
         title += f" ({dropped} far outside not shown)"
-    return {"kind": "segments", "name": name, "title": title, "x_label": "pixels; before, after",
+    return {"kind": "segments", "name": name, "title": title, "x_label": "pixels; on the left before, on the right after",
             "y_label": "pixels", "segments": segments}
 
 

@@ -38,9 +38,10 @@ def lm(side="C", matrix="I", **more):
 
 
 def tnm(side="C", matrix="diag", **more):
+    """Alg. 7 scales the system by the damping matrix; its diag(H) is taken as a square root, as in (2.52)."""
     return options("tnm", **{"pose_update": "global", "elimination": SIDES[side],
-                             "scaling": "identity", "loss": "none", **damping(matrix), **inner(),
-                             **more})
+                             "scaling": MATRICES[matrix], "loss": "none", **damping(matrix),
+                             **inner(), **more})
 
 
 def inm(side="C", scaling="inc", **more):
