@@ -29,10 +29,12 @@ def number(value):
 
 
 def values(results, problem, names, quantity):
-    """Of the runs that are there and have it: {name: value}."""
+    """Of the runs that are there and have it: {name: value}. A run that broke off has no time."""
     found = {}
     for name in names:
         run = results.run(problem, name)
+        if run and quantity in ("total", "per_solve", "inner", "rises") and run.failed:
+            continue
         value = getattr(run, quantity) if run else None
         if value is not None:
             found[name] = value
@@ -52,9 +54,11 @@ def least(problem, quantity, winners, names, label=str):
         found = values(results, problem, names, quantity)
         ours = [found[name] for name in winners if name in found]
         others = [value for name, value in found.items() if name not in winners]
+        sentence = f"{QUANTITIES[quantity]}: {listed(found, label)}"
+        if any(results.run(problem, name) and name not in found for name in winners):
+            return FAILS, "broke off; " + sentence
         if len(ours) < len(winners) or not others:
             return MISSING, ""
-        sentence = f"{QUANTITIES[quantity]}: {listed(found, label)}"
         if max(found.values()) <= min(found.values()) * (1 + tolerance):
             return TIE, sentence
         return (HOLDS if max(ours) <= min(others) * (1 + tolerance) else FAILS), sentence

@@ -3,9 +3,8 @@
 import shutil
 
 from .claims import FAILS, HOLDS, MISSING, TIE, number
+from .experiment import Row
 from .measured import lines_plot, table
-
-SHOWN = {"BAL": "BAL", "CD-C": "LMA-CD"}
 
 
 def ratios(row):
@@ -21,10 +20,22 @@ def ratios(row):
     return texts
 
 
+def at_start(spec, results, quantity):
+    """What the column of the thesis without a run of its own holds: the start."""
+    data = results.probe("truth-" + spec.problem)
+    if not data:
+        return None
+    return {"camera": data["truth"]["camera_rmse"], "point": data["truth"]["point_rmse"],
+            "cost": data["cost"]}.get(quantity)
+
+
 def table_text(spec, results):
     runs = [results.run(spec.problem, name) if name else None for _, name in spec.columns]
     rows = []
-    for row in spec.rows:
+    shown = [row.quantity for row in spec.rows]
+    also = [Row(quantity, [None] * len(runs), label) for quantity, label in
+            (("cost", "final cost"), ("gradient", "final gradient norm")) if quantity not in shown]
+    for row in spec.rows + also:
         label = row.label or row.quantity
         with_ratio = row.quantity in ("per_solve", "total", "inner")
         shape = ratios if with_ratio else lambda cells: [
@@ -32,15 +43,18 @@ def table_text(spec, results):
         if any(value is not None for value in row.thesis):
             rows.append([label + ", thesis"] + shape(row.thesis))
         ours = [getattr(run, row.quantity) if run else None for run in runs]
+        if not spec.columns[0][1]:
+            ours[0] = at_start(spec, results, row.quantity)
         rows.append([label + ", ours"] + shape(ours))
     text = f"Table {spec.number}\n\n" + table([""] + [label for label, _ in spec.columns], rows)
-    odd = [note for (label, _), run in zip(spec.columns, runs) if (note := remark(label, run, results))]
+    odd = [note for (label, name), run in zip(spec.columns, runs)
+           if name and (note := remark(label, run, results))]
     return text + ("\n" + "; ".join(odd) + ".\n" if odd else "")
 
 
 def remark(label, run, results):
     """Why a run is shorter than asked for."""
-    if run is None or run.outcome["status"] == "not run":
+    if run.outcome["status"] == "not run":
         return f"{label}: not run"
     if not run:
         return f"{label}: {run.outcome['status']} {run.outcome['message']}".strip()
@@ -118,7 +132,7 @@ Of {sum(counts.values())} claims {counts[HOLDS]} hold, {counts[FAILS]} fail, {co
 - Problem of chapters 3 and 4: {meta["ladybug"]}.
 - Machine: {meta["machine"]}. The thesis' times are of Matlab on an i7-6600U: only order and
   ratios (in brackets, to the least of the row) can be compared.
-- An iteration of the thesis is an accepted step: runs of chapters 3 and 4 have up to {settings["trials"]} trials and
+- An iteration of the thesis is an accepted step: runs of chapters 3 and 4 have up to {settings["trials"]} trials (LMA-CD 130) and
   are read up to accepted step {settings["steps"]}, within {settings["ladybug_limit"]:g} s. Figures 5.6 and 5.7: up to {settings["long_trials"]} trials,
   the same limit. Balls: up to {settings["ball_trials"]} trials, within {limits}; one seed, noise of 1 pixel,
   no outliers.
@@ -128,6 +142,8 @@ Of {sum(counts.values())} claims {counts[HOLDS]} hold, {counts[FAILS]} fail, {co
   first step as first radius, the scale of the loss 1 pixel, per component.
 - Cost is ½ Σ |r|² in pixels². IRLS' cost is that of its loss and not compared with others'.
 - Fluctuation of the gradient norm: the decades by which it rises, all rises added.
+- Names: CD-C, CD-H, CD-B are LMA-CD with the points, nothing or the cameras eliminated; the options of every run are in
+  `bench/qu18/variants.py` and in its log.
 
 """
 
