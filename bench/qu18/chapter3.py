@@ -186,7 +186,7 @@ DAMPED = [
         claims=[
             Claim("All have a similar cost", similar(L, names(INNER), 0.001)),
             Claim("The gradient norm falls faster with a larger limit",
-                  falling(L, names(INNER), "gradient", 1.5)),
+                  falling(L, names(INNER), "settled")),
             Claim("A larger limit does not cost more time", falling(L, names(INNER), "total", 1.1)),
         ]),
     Experiment(

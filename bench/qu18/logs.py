@@ -5,12 +5,15 @@ import math
 
 
 class Run:
-    """One run, cut after `steps` accepted steps, which is how the thesis counts iterations."""
+    """The fastest run of a variant (they differ in time only), cut after `steps` accepted steps, which
+    is how the thesis counts iterations."""
 
-    def __init__(self, base, steps):
-        self.outcome = load(base.with_name("1.run.json")) or {"status": "not run", "message": ""}
-        self.log = load(base.with_name("1.json"))
-        truth = (load(base.with_name("1.eval.json")) or {}).get("truth") or {}
+    def __init__(self, folder, steps):
+        logs = [(load(file), file.stem) for file in sorted(folder.glob("*.json")) if file.stem.isdigit()]
+        self.log, number = min(logs, key=lambda each: each[0]["summary"]["seconds"]["total"],
+                               default=(None, "1"))
+        self.outcome = load(folder / f"{number}.run.json") or {"status": "not run", "message": ""}
+        truth = (load(folder / f"{number}.eval.json") or {}).get("truth") or {}
         self.camera, self.point = truth.get("camera_rmse"), truth.get("point_rmse")
         self.trials = cut(self.log["iterations"], steps) if self.log else []
         self.kept = [each for each in self.trials if each["accepted"]]
@@ -69,16 +72,22 @@ class Run:
         norms = [each["gradient_norm"] for each in self.kept]
         return sum(max(0.0, math.log10(b / a)) for a, b in zip(norms, norms[1:]) if a > 0 and b > 0)
 
+    @property
+    def settled(self):
+        """Accepted steps until the gradient norm is at most 10; infinite if never."""
+        return next((k for k, each in enumerate(self.kept) if each["gradient_norm"] <= 10), math.inf)
+
+    @property
+    def settled_seconds(self):
+        """Seconds until the gradient norm is at most 100; infinite if never."""
+        return next((each["seconds"] for each in self.kept if each["gradient_norm"] <= 100), math.inf)
+
     def steps_to(self, cost):
         """Accepted steps until the cost is at most this; infinite if never."""
         return next((k for k, each in enumerate(self.kept) if each["cost"] <= cost), math.inf)
 
     def seconds_to(self, cost):
         return next((each["seconds"] for each in self.kept if each["cost"] <= cost), math.inf)
-
-    def at(self, seconds, key):
-        """The value of `key` after so many seconds."""
-        return [each for each in self.kept if each["seconds"] <= seconds or each is self.kept[0]][-1][key]
 
     def curve(self, x, y):
         if x == "steps":
@@ -110,7 +119,7 @@ class Results:
     def run(self, problem, variant):
         key = problem, variant
         if key not in self.cache:
-            base = self.folder / problem / "runs" / problem / variant / "1"
+            base = self.folder / problem / "runs" / problem / variant
             steps = self.settings.steps if problem == "ladybug" and not variant.startswith("long-") else 10**9
             self.cache[key] = Run(base, steps)
         return self.cache[key]

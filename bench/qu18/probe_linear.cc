@@ -13,7 +13,6 @@ namespace raybundle::bench {
 namespace {
 
 using Eigen::VectorXd;
-using linalg::index;
 using linalg::Side;
 
 /// The reduced camera system of one linearisation, solved in three ways.

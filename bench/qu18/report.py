@@ -136,7 +136,9 @@ Of {sum(counts.values())} claims {counts[HOLDS]} hold, {counts[FAILS]} fail, {co
   are read up to accepted step {settings["steps"]}, within {settings["ladybug_limit"]:g} s. Figures 5.6 and 5.7: up to {settings["long_trials"]} trials,
   the same limit. Balls: up to {settings["ball_trials"]} trials, within {limits}; one seed, noise of 1 pixel,
   no outliers.
-- One run each, {settings["threads"]} threads. The methods as the thesis has them: additive poses unless local, no
+- {settings["runs"]} run(s) of each, the fastest counts, {settings["threads"]} threads; load of the machine (1 is one core) before and
+  after each group of runs: {meta["load"]}. More than {settings["threads"]} means that others disturbed the times.
+- The methods as the thesis has them: additive poses unless local, no
   preconditioner unless said, PCG to min(0.1, |b|) |b|, at most 1000 inner iterations unless said.
   What it does not print is ours: damping 1 at the start (1e-4 with diag(H)), the length of the
   first step as first radius, the scale of the loss 1 pixel, per component.

@@ -1,6 +1,7 @@
 """Runs what the experiments need; what is there already is not repeated by `raybundle bench`."""
 
 import json
+import os
 import subprocess
 import sys
 from dataclasses import dataclass, field
@@ -23,6 +24,7 @@ class Settings:
     frames: int = 10
     systems: int = 50
     threads: int = 2
+    runs: int = 1
     seed: int = 1
 
     @classmethod
@@ -40,6 +42,7 @@ class Work:
     def __init__(self, program, probe, folder, settings, ladybug):
         self.program, self.probe_program = str(program), str(probe)
         self.folder, self.settings, self.ladybug = folder, settings, ladybug
+        self.loads = []  # of the machine, before and after each bench
         (folder / "probe").mkdir(parents=True, exist_ok=True)
 
     def call(self, *arguments, **more):
@@ -47,13 +50,15 @@ class Work:
 
     def bench(self, problem, chosen, common, limit, scene=None):
         """One call of `raybundle bench`; it carries on when single runs could not be carried out."""
-        command = [self.program, "bench", "-o", self.folder / problem, "--ceres", "none", "--runs", 1,
-                   "--threads", self.settings.threads, "--time-limit", limit, "--common",
-                   words({**variants.ROOT_OPTIONS, **common})]
+        command = [self.program, "bench", "-o", self.folder / problem, "--ceres", "none",
+                   "--runs", self.settings.runs, "--threads", self.settings.threads, "--time-limit", limit,
+                   "--common", words({**variants.ROOT_OPTIONS, **common})]
         command += ["--scene", f"{problem}={scene}"] if scene else [f"{problem}={self.ladybug}"]
         for name, options in chosen.items():
             command += ["--variant", f"{name}={options}"]
+        self.loads.append(os.getloadavg()[0])
         code = subprocess.run([str(word) for word in command], stdout=subprocess.DEVNULL).returncode
+        self.loads.append(os.getloadavg()[0])
         if code not in (0, 1):
             sys.exit(f"reproduce: raybundle bench ended with {code} on {problem}")
 

@@ -32,7 +32,7 @@ def check_judgement(project):
                "inner_iterations": 4 if time else 0} for good, cost, norm, time in
               ((True, 9, 8, 0), (False, 9, 8, 1), (True, 5, 80, 2), (True, 4, 0.8, 3), (True, 3, 1, 4))]
     require(len(logs.cut(trials, 2)) == 4 and len(logs.cut(trials, 99)) == 5, "cut by accepted steps")
-    run = logs.Run(pathlib.Path("nowhere/1"), 2)
+    run = logs.Run(pathlib.Path("nowhere"), 2)
     require(not run and run.status == "not run", "a run that is not there")
     run.trials = logs.cut(trials, 2)
     run.kept = [each for each in run.trials if each["accepted"]]
