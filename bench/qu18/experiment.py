@@ -33,7 +33,7 @@ class Figure:
 
     @property
     def caption(self):
-        what = "cost" if self.y == "cost" else "gradient norm"
+        what = "cost above the least" if self.y == "cost" else "gradient norm"
         return f"Figure {self.number}: {what} over {'accepted steps' if self.x == 'steps' else 'seconds'}"
 
 

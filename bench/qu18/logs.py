@@ -124,5 +124,9 @@ class Results:
             self.cache[key] = Run(base, steps)
         return self.cache[key]
 
+    def names(self, problem):
+        """All variants that the folder has runs of."""
+        return sorted(each.name for each in (self.folder / problem / "runs" / problem).glob("*"))
+
     def probe(self, name):
         return load(self.folder / "probe" / (name + ".json"))

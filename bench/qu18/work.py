@@ -17,8 +17,8 @@ class Settings:
     trials: int = 80
     long_trials: int = 150
     ladybug_limit: float = 60  # seconds of each run
-    limits: dict = field(default_factory=lambda: {"sphere-10": 20, "sphere-50": 40, "sphere-100": 45,
-                                                  "sphere-500": 100})
+    limits: dict = field(default_factory=lambda: {"sphere-10": 20, "sphere-50": 30, "sphere-100": 40,
+                                                  "sphere-500": 80})
     ball_trials: int = 300
     scales: dict = field(default_factory=dict)  # of the four sizes, where not 1
     frames: int = 10
