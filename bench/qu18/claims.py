@@ -22,12 +22,18 @@ class Claim:
         self.text, self.check = text, check
 
 
-def number(value):
+def number(value, digits=3):
     if value is None:
         return "?"
     if value == float("inf"):
         return "never"
-    return f"{value:.8g}" if value >= 1000 and value < 1e7 else f"{value:.3g}"
+    if 1000 <= value < 1e6 and digits == 3:
+        return f"{value:.0f}"
+    return f"{value:.{digits}g}"
+
+
+def digits_of(quantity):
+    return 8 if quantity == "cost" else 3
 
 
 def values(results, problem, names, quantity):
@@ -38,17 +44,19 @@ def values(results, problem, names, quantity):
         if run and quantity in ("total", "per_solve", "inner", "rises") and run.failed:
             continue
         value = getattr(run, quantity) if run else None
+        if value is not None and quantity in ("gradient", "least_gradient"):
+            value = max(value, 1e-9 * run.kept[0]["gradient_norm"])  # what is beneath has vanished
         if value is not None:
             found[name] = value
     return found
 
 
-def listed(found, label=str):
-    return ", ".join(f"{label(name)} {number(value)}"
+def listed(found, digits=3):
+    return ", ".join(f"{name} {number(value, digits)}"
                      for name, value in sorted(found.items(), key=lambda item: item[1]))
 
 
-def least(problem, quantity, winners, names, label=str):
+def least(problem, quantity, winners, names):
     """`winners` have the least value among `names` (all of them below all others)."""
     tolerance = SAME.get(quantity, 0.02)
 
@@ -56,29 +64,30 @@ def least(problem, quantity, winners, names, label=str):
         found = values(results, problem, names, quantity)
         ours = [found[name] for name in winners if name in found]
         others = [value for name, value in found.items() if name not in winners]
-        sentence = f"{QUANTITIES[quantity]}: {listed(found, label)}"
+        sentence = f"{QUANTITIES[quantity]}: {listed(found, digits_of(quantity))}"
         if any(results.run(problem, name) and name not in found for name in winners):
             return FAILS, "broke off; " + sentence
         if len(ours) < len(winners) or not others:
             return MISSING, ""
-        if max(found.values()) <= min(found.values()) * (1 + tolerance):
-            return TIE, sentence
-        return (HOLDS if max(ours) <= min(others) * (1 + tolerance) else FAILS), sentence
+        if max(ours) < min(others) * (1 - tolerance):
+            return HOLDS, sentence
+        return (TIE if max(ours) <= min(others) * (1 + tolerance) else FAILS), sentence
     return check
 
 
-def similar(problem, names, within, label=str):
+def similar(problem, names, within):
     """The final costs are all within a share of the least."""
     def check(results):
         found = values(results, problem, names, "cost")
         if len(found) < 2:
             return MISSING, ""
         low = min(found.values())
-        away = {name: value / low for name, value in found.items() if value > low * (1 + within)}
+        away = {name: 100 * (value / low - 1) for name, value in found.items()
+                if value > low * (1 + within)}
         if not away:
             worst = max(found.values()) / low - 1
-            return HOLDS, f"final costs are within {100 * worst:.2g} % of the least, {number(low)}"
-        return FAILS, f"over the least cost, {number(low)}, by factors of: {listed(away, label)}"
+            return HOLDS, f"final costs are within {100 * worst:.2g} % of the least, {number(low, 8)}"
+        return FAILS, f"above the least cost, {number(low, 8)}, by per cent: {listed(away)}"
     return check
 
 

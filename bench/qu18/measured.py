@@ -259,8 +259,8 @@ def reprojections(results):
             frames = sorted(random.Random(1).sample(frames, 2))
         norms = [math.sqrt(sum(g * g for g in data["gradient"])) for data in (before, after)]
         text += (f"Figure {figure} ({label}): RMSE {mean_errors(before['rows']):.3g} -> "
-                 f"{mean_errors(after['rows']):.3g} pixels, cost {number(before['cost'])} -> "
-                 f"{number(after['cost'])}, gradient norm {number(norms[0])} -> {number(norms[1])}"
+                 f"{mean_errors(after['rows']):.3g} pixels, cost {number(before['cost'], 4)} -> "
+                 f"{number(after['cost'], 4)}, gradient norm {number(norms[0])} -> {number(norms[1])}"
                  + (" (thesis: cost 2.44e5 -> 25.2, gradient norm 4.12e12 -> 6.53).\n\n" if figure == "5.5"
                     else ".\n\n"))
         for frame in frames:

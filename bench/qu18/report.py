@@ -2,7 +2,7 @@
 
 import shutil
 
-from .claims import FAILS, HOLDS, MISSING, TIE, number
+from .claims import FAILS, HOLDS, MISSING, TIE, digits_of, number
 from .experiment import Row
 from .measured import lines_plot, table
 
@@ -38,8 +38,9 @@ def table_text(spec, results):
     for row in spec.rows + also:
         label = row.label or row.quantity
         with_ratio = row.quantity in ("per_solve", "total", "inner")
-        shape = ratios if with_ratio else lambda cells: [
-            number(c) if isinstance(c, (int, float)) else (c or "") for c in cells]
+        digits = digits_of(row.quantity)
+        shape = ratios if with_ratio else lambda cells, digits=digits: [
+            number(c, digits) if isinstance(c, (int, float)) else (c or "") for c in cells]
         if any(value is not None for value in row.thesis):
             rows.append([label + ", thesis"] + shape(row.thesis))
         ours = [getattr(run, row.quantity) if run else None for run in runs]
@@ -48,20 +49,20 @@ def table_text(spec, results):
         rows.append([label + ", ours"] + shape(ours))
     text = f"Table {spec.number}\n\n" + table([""] + [label for label, _ in spec.columns], rows)
     odd = [note for (label, name), run in zip(spec.columns, runs)
-           if name and (note := remark(label, run, results))]
+           if name and (note := remark(label, run, spec.problem, results))]
     return text + ("\n" + "; ".join(odd) + ".\n" if odd else "")
 
 
-def remark(label, run, results):
+def remark(label, run, problem, results):
     """Why a run is shorter than asked for."""
     if run.outcome["status"] == "not run":
         return f"{label}: not run"
     if not run:
         return f"{label}: {run.outcome['status']} {run.outcome['message']}".strip()
-    if run.status == "time_limit" or run.status == "max_iterations" and run.steps < results.settings.steps:
-        return f"{label}: {run.steps} steps, {run.rejected} rejected trials ({run.status.replace('_', ' ')})"
-    if run.status not in ("max_iterations",) and len(run.trials) == len(run.log["iterations"]):
-        return f"{label}: ended after {run.steps} steps by {run.status.replace('_', ' ')}"
+    long = results.settings.steps if problem == "ladybug" else 0
+    if run.failed or run.steps < long or run.status == "time_limit" and not long:
+        return (f"{label}: {run.steps} steps, {run.rejected} rejected trials "
+                f"({run.status.replace('_', ' ')})")
     return ""
 
 
@@ -150,7 +151,7 @@ Of {sum(counts.values())} claims {counts[HOLDS]} hold, {counts[FAILS]} fail, {co
   are read up to accepted step {settings["steps"]}, within {settings["ladybug_limit"]:g} s. Figures 5.6 and 5.7: up to {settings["long_trials"]} trials,
   the same limit. Balls: up to {settings["ball_trials"]} trials, within {limits}; one seed, noise of 1 pixel,
   no outliers.
-- {settings["runs"]} run(s) of each, the fastest counts, {settings["threads"]} threads; load of the machine (1 is one core) before and
+- Runs of each: {settings["runs"]}, of which the fastest counts; {settings["threads"]} threads; load of the machine (1 is one core) before and
   after each group of runs: {meta["load"]}. More than {settings["threads"]} means that others disturbed the times.
 - The methods as the thesis has them: additive poses unless local, no
   preconditioner unless said, PCG to min(0.1, |b|) |b|, at most 1000 inner iterations unless said.

@@ -12,8 +12,23 @@ MATRICES = {"I": "identity", "inc": "inc", "diag": "diag-h"}
 STARTING_DAMPING = {"identity": "1", "inc": "1", "diag-h": "1e-4"}
 
 
+# What `raybundle increments` finds on Ladybug 49 and on the balls, and our reading of (3.38).
+LADYBUG_INC = {"rotation": "1e-9", "translation": "1e-9", "focal": "1e-6", "k1": "1e-9", "k2": "1e-9",
+               "point": "1e-9"}
+BALL_INC = {"rotation": "1e-8", "translation": "1e-6", "focal": "1e-6", "k1": "1e-8", "k2": "1e-8",
+            "point": "1e-5"}
+THESIS_INC = {"rotation": "1e-8", "translation": "1e-5", "focal": "1e-3", "k1": "1e-7", "k2": "1e-7",
+              "point": "1e-8"}
+
+
+def increments(vector):
+    return {"inc_" + kind: step for kind, step in vector.items()}
+
+
 def options(method, **choices):
     """The option string; a choice `max_iterations=3` becomes `--max-iterations 3`."""
+    if "inc" in (choices.get("scaling"), choices.get("damping_matrix")):
+        choices = {**increments(LADYBUG_INC), **choices}
     words = ["--method", method]
     for key, value in choices.items():
         words += ["--" + key.replace("_", "-"), str(value)]
@@ -59,22 +74,29 @@ def bal(**more):
     return tnm("C", "diag", preconditioner="b", **more)
 
 
-def irls(limit):
+def irls(limit, **more):
     """The loss is of each component, as (4.20) has it; its scale is not printed: 1 pixel."""
     return dinm(method="irls", max_inner_iterations=limit, pose_update="local", loss="huber",
-                loss_scope="component", loss_scale=1)
+                loss_scope="component", loss_scale=1, **more)
 
 
-def six(limit, prefix=""):
-    """The implementations that chapter 5 compares."""
+def six(limit, prefix="", inc=None):
+    """The implementations that chapter 5 compares; `inc`: the increments, those of Ladybug if None."""
+    more = {"max_inner_iterations": limit, **increments(inc or {})}
     return {
         prefix + "LMA-CD": lm(),
         prefix + "BAL": bal(max_inner_iterations=limit),
-        prefix + "DINM": dinm(max_inner_iterations=limit),
-        prefix + "ADINM": dinm(method="adinm", max_inner_iterations=limit),
-        prefix + "local-DINM": dinm(pose_update="local", max_inner_iterations=limit),
-        prefix + "IRLS": irls(limit),
+        prefix + "DINM": dinm(**more),
+        prefix + "ADINM": dinm(method="adinm", **more),
+        prefix + "local-DINM": dinm(pose_update="local", **more),
+        prefix + "IRLS": irls(limit, **increments(inc or {})),
     }
+
+
+def ball(limit):
+    """Six with the increments of balls, and DINM with those of others."""
+    return {**six(limit, inc=BALL_INC), "DINM-3.38": six(limit, inc=THESIS_INC)["DINM"],
+            "DINM-ladybug": six(limit)["DINM"]}
 
 
 def ladybug():

@@ -78,7 +78,8 @@ class Work:
             elif names:
                 scale = self.settings.scales.get(problem)
                 scene = f"{problem} --seed {self.settings.seed}" + (f" --scale {scale}" if scale else "")
-                self.bench(problem, variants.six(SIZES[problem]),
+                known = variants.ball(SIZES[problem])
+                self.bench(problem, {name: known[name] for name in known if name in names},
                            {"max-iterations": self.settings.ball_trials}, self.settings.limits[problem],
                            scene)
 
@@ -122,7 +123,7 @@ class Work:
             self.keep("residuals-" + which, self.probe("residuals", source))
             return
         method = variants.dinm(method="adinm", max_inner_iterations=3000) if which == "adinm" \
-            else variants.dinm()
+            else variants.dinm(**variants.increments(variants.BALL_INC if which == "small" else {}))
         steps = self.settings.steps * (2 if which == "small" else 1)
         solution = self.folder / "probe" / (which + ".solution.txt")
         self.call(self.program, "solve", source, "-q", "-o", solution, *method.split(),
