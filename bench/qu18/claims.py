@@ -14,7 +14,8 @@ QUANTITIES = {
     "camera": "RMSE of the cameras",
     "point": "RMSE of the points",
 }
-SAME = {"cost": 1e-4}  # relative differences that are none; 2 % where nothing is said
+# Factors that are no difference; 1.02 where nothing is said.
+SAME = {"cost": 1.0001, "gradient": 1.5, "least_gradient": 1.5}
 
 
 class Claim:
@@ -52,13 +53,13 @@ def values(results, problem, names, quantity):
 
 
 def listed(found, digits=3):
-    return ", ".join(f"{name} {number(value, digits)}"
+    return ", ".join(f"{name.removeprefix('long-')} {number(value, digits)}"
                      for name, value in sorted(found.items(), key=lambda item: item[1]))
 
 
 def least(problem, quantity, winners, names):
     """`winners` have the least value among `names` (all of them below all others)."""
-    tolerance = SAME.get(quantity, 0.02)
+    factor = SAME.get(quantity, 1.02)
 
     def check(results):
         found = values(results, problem, names, quantity)
@@ -69,9 +70,9 @@ def least(problem, quantity, winners, names):
             return FAILS, "broke off; " + sentence
         if len(ours) < len(winners) or not others:
             return MISSING, ""
-        if max(ours) < min(others) * (1 - tolerance):
+        if max(ours) * factor < min(others):
             return HOLDS, sentence
-        return (TIE if max(ours) <= min(others) * (1 + tolerance) else FAILS), sentence
+        return (TIE if max(ours) <= min(others) * factor else FAILS), sentence
     return check
 
 
@@ -148,7 +149,7 @@ def breaks_down(problem, names):
         runs = {name: results.run(problem, name) for name in names}
         if not all(runs.values()):
             return MISSING, ""
-        text = ", ".join(f"{name} {run.steps} steps, {run.status.replace('_', ' ')}"
+        text = ", ".join(f"{name.removeprefix('long-')} {run.steps} steps, {run.status.replace('_', ' ')}"
                          for name, run in runs.items())
         good = any(run.failed for run in runs.values())
         return (HOLDS if good else FAILS), f"with us: {text}"
