@@ -175,7 +175,10 @@ DAMPED = [
             Claim("No preconditioner has the smallest gradient norm",
                   least(L, "gradient", ["DINM-inc-I"], names(PRE))),
             Claim("All have a similar reduction of the cost", similar(L, names(PRE), 0.001)),
-        ]),
+        ],
+        note="In the thesis every preconditioner, even the diagonal blocks of S_C, needs more steps than none, close to "
+             "the limit of 1000. A guess: its preconditioners were of the unscaled matrix, while PCG runs in "
+             "scaled unknowns. Ours are of the matrix that PCG sees."),
     Experiment(
         "inner", "Most inner iterations (Table 3.10, Figures 3.20, 3.21)",
         tables=[Table("3.10", INNER, [

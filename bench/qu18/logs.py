@@ -15,6 +15,7 @@ class Run:
         self.outcome = load(folder / f"{number}.run.json") or {"status": "not run", "message": ""}
         truth = (load(folder / f"{number}.eval.json") or {}).get("truth") or {}
         self.camera, self.point = truth.get("camera_rmse"), truth.get("point_rmse")
+        self.median = truth.get("point_median")
         self.trials = cut(self.log["iterations"], steps) if self.log else []
         self.kept = [each for each in self.trials if each["accepted"]]
 

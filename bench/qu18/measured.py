@@ -55,9 +55,9 @@ def increments(results):
     rows += [[name] + found_increments(text) for name, text in data.items()]
     return Extra("The steps that approximate the derivatives best. The vector is damaged in our copy of "
                  "the thesis; the row is our reading of it. The thesis holds its vector to fit other data "
-                 "sets as well; the search shows that it moves by orders of magnitude with the data "
-                 "(in particular with the size of the scene and of f). What counts for the scaling is "
-                 "the ratio between them, above all that f is given far more room than the rest.\n\n"
+                 "sets as well. The search shows that it moves by orders of magnitude with the data, and "
+                 "with it the ratios between its entries, which are what the scaling sees; the balls of "
+                 "chapter 5 show what comes of a vector from elsewhere.\n\n"
                  + table(["", *KINDS], rows))
 
 
@@ -266,7 +266,7 @@ def reprojections(results):
         for frame in frames:
             name = f"fig-{figure.replace('.', '-0')}-frame-{frame:02d}"
             plots.append(image_plot(name, f"Figure {figure}, frame {frame}", before["rows"],
-                                    after["rows"], frame, 250 if figure == "5.4" else 120))
+                                    after["rows"], frame, 180 if figure == "5.4" else 120))
     return Extra(text, plots)
 
 
@@ -294,11 +294,14 @@ def diagram(name, figure):
             v = data[key]
             return [flat(*v[i:i + 3]) for i in range(0, len(v), 3)]
         cameras, points = places("cameras"), places("points")
-        points = points[::max(1, math.ceil(len(points) / 500))]
+        points = points[::max(1, math.ceil(len(points) / 300))]
+        every = max(1, math.ceil(len(cameras) / 120))
+        cameras = cameras[::every]
         segments = [[*p, *p] for p in points] + [[*a, *b] for a, b in zip(cameras, cameras[1:])]
         chapter, place = figure.split(".")
         plot = {"kind": "segments", "name": f"fig-{chapter}-{int(place):02d}-scene",
-                "title": f"Figure {figure}: points, and the cameras' centres joined in their order",
+                "title": f"Figure {figure}: some points, and the cameras' centres joined in their order"
+                + (f", every {every}th" if every > 3 else " (every second)" if every == 2 else ""),
                 "x_label": "", "y_label": "", "segments": segments}
         plots = [plot]
         if name == "sphere-100":  # Figure 5.2 shows such a scene, too

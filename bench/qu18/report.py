@@ -26,7 +26,7 @@ def at_start(spec, results, quantity):
     if not data:
         return None
     return {"camera": data["truth"]["camera_rmse"], "point": data["truth"]["point_rmse"],
-            "cost": data["cost"]}.get(quantity)
+            "median": data["truth"]["point_median"], "cost": data["cost"]}.get(quantity)
 
 
 def table_text(spec, results):

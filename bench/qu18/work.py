@@ -132,10 +132,11 @@ class Work:
         self.keep("residuals-" + which, self.probe("residuals", solution))
 
     def increments(self):
-        """Of Ladybug and, where it lies beside it, of Trafalgar."""
-        other = self.ladybug.with_name("problem-21-11315-pre.txt")
+        """Of Ladybug and, where they are there, of Trafalgar and the balls."""
+        files = [self.ladybug, self.ladybug.with_name("problem-21-11315-pre.txt")]
+        files += [self.folder / ball / "problems" / (ball + ".txt") for ball in ("sphere-10", "sphere-50")]
         found = {}
-        for name, file in ((self.ladybug.name, self.ladybug), (other.name, other)):
+        for name, file in ((file.name, file) for file in files):
             if file.is_file():
                 found[name] = self.call(self.program, "increments", file, stdout=subprocess.PIPE).stdout
         self.keep("increments", json.dumps(found))
