@@ -135,6 +135,7 @@ def image(name, title):
 def heading(meta, counts):
     settings = meta["settings"]
     limits = ", ".join(f"{name} {seconds:g} s" for name, seconds in settings["limits"].items())
+    loads = ", ".join(f"{name} {a:.1f} and {b:.1f}" for name, (a, b) in meta["load"].items())
     return f"""# The thesis reproduced
 
 Every comparison of [Qu18] (Tables 3.1 to 5.4, Figures 3.1 to 5.19), with the thesis' numbers, ours, and whether
@@ -153,7 +154,7 @@ the start counts as vanished), {counts[MISSING]} were not run.
   the same limit. Balls: up to {settings["ball_trials"]} trials, within {limits}; one seed, noise of 1 pixel,
   no outliers.
 - Runs of each: {settings["runs"]}, of which the fastest counts; {settings["threads"]} threads; load of the machine (1 is one core) before and
-  after each group of runs: {meta["load"]}. More than {settings["threads"]} means that others disturbed the times.
+  after the runs of each problem: {loads}. More than {settings["threads"]} means that others disturbed the times.
 - The methods as the thesis has them: additive poses unless local, no
   preconditioner unless said, PCG to min(0.1, |b|) |b|, at most 1000 inner iterations unless said.
   What it does not print is ours: damping 1 at the start (1e-4 with diag(H)), the length of the

@@ -42,7 +42,7 @@ class Work:
     def __init__(self, program, probe, folder, settings, ladybug):
         self.program, self.probe_program = str(program), str(probe)
         self.folder, self.settings, self.ladybug = folder, settings, ladybug
-        self.loads = []  # of the machine, before and after each bench
+        self.loads = {}  # of the machine, before and after the runs on each problem
         (folder / "probe").mkdir(parents=True, exist_ok=True)
 
     def call(self, *arguments, **more):
@@ -56,9 +56,9 @@ class Work:
         command += ["--scene", f"{problem}={scene}"] if scene else [f"{problem}={self.ladybug}"]
         for name, options in chosen.items():
             command += ["--variant", f"{name}={options}"]
-        self.loads.append(os.getloadavg()[0])
+        before = os.getloadavg()[0]
         code = subprocess.run([str(word) for word in command], stdout=subprocess.DEVNULL).returncode
-        self.loads.append(os.getloadavg()[0])
+        self.loads[problem] = [before, os.getloadavg()[0]]
         if code not in (0, 1):
             sys.exit(f"reproduce: raybundle bench ended with {code} on {problem}")
 
