@@ -21,7 +21,7 @@ Matrix informed(const double* block, int size, const double* damping) {
   std::array<int, 12> kept;
   int order = 0;
   for (int i = 0; i < size; ++i) {
-    if (block[i * size + i] > 0) kept[index(order++)] = i;
+    if (!(block[i * size + i] <= 0)) kept[index(order++)] = i;
   }
   Matrix A(order, order);
   for (int i = 0; i < order; ++i) {

@@ -34,4 +34,20 @@ void NormalEquations::diagonal(double low, double high, double* d) const {
   }
 }
 
+double NormalEquations::scaled_gradient_squares() const {
+  double sum = 0;
+  const double* g = gradient.data();
+  for (const Side side : {Side::hubs, Side::leaves}) {
+    const int size = layout->block_size(side);
+    const double* block = blocks(side);
+    for (std::int64_t b = 0; b < layout->block_count(side); ++b, block += size * size) {
+      for (int i = 0; i < size; ++i, ++g) {
+        const double d = block[i * size + i];
+        if (d > 0) sum += *g * *g / d;
+      }
+    }
+  }
+  return sum;
+}
+
 }  // namespace raybundle::linalg

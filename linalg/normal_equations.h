@@ -19,6 +19,9 @@ struct NormalEquations {
   /// Writes diag(H), clamped to [low, high], to d (all unknowns).
   void diagonal(double low, double high, double* d) const;
 
+  /// g^T diag(H)^-1 g over the unknowns that have a diagonal.
+  double scaled_gradient_squares() const;
+
   const BlockLayout* layout;     ///< outlives this
   std::vector<double> B;         ///< hubs x (hub_size x hub_size), symmetric
   std::vector<double> C;         ///< leaves x (leaf_size x leaf_size), symmetric

@@ -165,7 +165,7 @@ double root_mean_square(const std::vector<double>& values) {
   return x.stableNorm() / std::sqrt(static_cast<double>(values.size()));
 }
 
-double median(std::vector<double> values) {
+double upper_median(std::vector<double> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -203,7 +203,7 @@ TruthErrors compare_with_truth(const Problem& problem, const Problem& truth) {
   const std::vector<char> points = marks(problem.point_count(), problem.observation_point);
   const Pairs places(points, problem.points, truth.points);
   errors.points = static_cast<std::int64_t>(places.a.size() / 3);
-  errors.point_median = median(distances(errors.camera_alignment, places.a, places.b));
+  errors.point_median = upper_median(distances(errors.camera_alignment, places.a, places.b));
   errors.point_errors = spread(points, compare(places, errors.point_alignment, errors.point_rmse));
   return errors;
 }

@@ -123,6 +123,18 @@ double sum(const RobustLoss& loss, const double* residual, std::int64_t rows, co
 
 }  // namespace
 
+double default_scale(Loss loss) {
+  switch (loss) {
+    case Loss::geman_mcclure:
+    case Loss::truncated:
+      return 3;
+    case Loss::tukey:
+      return 6;
+    default:
+      return 1;
+  }
+}
+
 void validate(const RobustLoss& loss) {
   if (loss.scale >= 1e-100 && loss.scale <= 1e100) return;
   throw InputError("loss", 0, "a scale of " + std::to_string(loss.scale) + " pixels",

@@ -25,6 +25,10 @@ struct RobustLoss {
   double scale = 1;  ///< c, pixels
 };
 
+/// What noise of one pixel asks for: 1, but where a loss levels off what keeps about 99 of 100
+/// normal errors: 3 for geman_mcclure and truncated, 6 for tukey, which weighs 9/16 at half of it.
+double default_scale(Loss loss);
+
 /// Throws InputError unless the scale is from 1e-100 to 1e100.
 void validate(const RobustLoss& loss);
 

@@ -52,7 +52,7 @@ void BlockRegion::measure(const StepRequest& request, const double* step, StepRe
       const double scaled = step[i] / inverse(request, i);
       squares += scaled * scaled;
     }
-    lengths_.push_back(std::sqrt(squares));
+    if (squares > 0) lengths_.push_back(std::sqrt(squares));
   });
   if (lengths_.empty()) return;
   if (std::isfinite(*request.block_radius)) {

@@ -20,7 +20,7 @@ class BlockRegion {
   const double* hold(const StepRequest& request);
 
   /// Reports how far the blocks went. A free step sets the scale of their radius: ten times its
-  /// median block, since a few may have gone anywhere.
+  /// median moving block, since a few may have gone anywhere.
   void measure(const StepRequest& request, const double* step, StepReport& report);
 
  private:

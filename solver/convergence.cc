@@ -12,47 +12,55 @@ Convergence::Convergence(const Options& options, std::int64_t residuals)
       cost_resolution_(std::numeric_limits<double>::epsilon() *
                        std::sqrt(static_cast<double>(residuals))) {}
 
-std::optional<Termination> Convergence::test(const IterationRecord& record, double previous_cost,
-                                             const Next& next) {
+std::optional<Termination> Convergence::test(const IterationRecord& record,
+                                             const Situation& situation) {
   if (record.gradient_max <= options_.gradient_tolerance) return Termination::gradient_tolerance;
-  if (record.iteration > 0) {
-    const auto verdict =
-        record.accepted ? test_accepted(record, previous_cost) : test_rejected(record, next);
-    if (verdict) return verdict;
-  }
+  if (record.iteration == 0) return std::nullopt;
+  return record.accepted ? test_accepted(record, situation) : test_rejected(record, situation);
+}
+
+std::optional<Termination> Convergence::limit(const IterationRecord& record) const {
   if (record.iteration >= options_.max_iterations) return Termination::max_iterations;
   if (record.seconds >= options_.time_limit) return Termination::time_limit;
   return std::nullopt;
 }
 
+// A step that something cut short is small for that reason and tells nothing of the minimum.
 std::optional<Termination> Convergence::test_accepted(const IterationRecord& record,
-                                                      double previous_cost) {
+                                                      const Situation& situation) {
   failures_ = 0;
-  if (previous_cost - record.cost <= options_.function_tolerance * previous_cost) {
+  if (record.on_boundary || record.inner_capped) return std::nullopt;
+  const double cost = situation.previous_cost;
+  const double flat = options_.function_tolerance * cost;
+  if (cost - record.cost <= flat && situation.promise <= flat) {
     return Termination::function_tolerance;
   }
   // Blockwise: one huge focal length would hide every other unknown in a norm of the whole state.
-  if (record.relative_step <= options_.parameter_tolerance) return Termination::parameter_tolerance;
+  const bool still = record.relative_step <= options_.parameter_tolerance;
+  if (still && situation.promise <= std::max(flat, options_.parameter_tolerance * cost)) {
+    return Termination::parameter_tolerance;
+  }
   return std::nullopt;
 }
 
-// The model promises less than a share of the cost, and the cost agrees that nothing changes.
-bool Convergence::is_flat(const IterationRecord& record, double share) const {
-  return record.step_norm > 0 && record.predicted_decrease <= share * record.cost &&
-         std::abs(record.candidate_cost - record.cost) <= share * record.cost;
-}
-
 std::optional<Termination> Convergence::test_rejected(const IterationRecord& record,
-                                                      const Next& next) {
+                                                      const Situation& situation) {
   ++failures_;
   // After failures the damping alone makes the model promise little: then only rounding excuses.
   const double share =
       failures_ == 1 ? std::max(options_.function_tolerance, cost_resolution_) : cost_resolution_;
-  if (is_flat(record, share)) return Termination::function_tolerance;
-  if (options_.max_damping && next.damping > *options_.max_damping) {
+  const double flat = share * record.cost;
+  const bool converged =
+      record.step_norm > 0 && record.predicted_decrease <= flat &&
+      std::abs(record.candidate_cost - record.cost) <= flat &&
+      situation.promise <= std::max(flat, options_.function_tolerance * record.cost);
+  if (converged) return Termination::function_tolerance;
+  if (options_.max_damping && situation.next_damping > *options_.max_damping) {
     return Termination::damping_limit;
   }
-  if (options_.min_radius && next.radius < *options_.min_radius) return Termination::radius_limit;
+  if (options_.min_radius && situation.next_radius < *options_.min_radius) {
+    return Termination::radius_limit;
+  }
   if (failures_ >= options_.max_consecutive_failures) return Termination::consecutive_failures;
   return std::nullopt;
 }

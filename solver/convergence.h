@@ -15,15 +15,20 @@ class Convergence {
   /// `residuals`: how many squares the cost sums.
   Convergence(const Options& options, std::int64_t residuals);
 
-  /// What the next iteration would use; a value that is out of bounds ends the solve.
-  struct Next {
-    double damping = 0;
-    double radius = std::numeric_limits<double>::infinity();
+  /// What else is known when an iteration has ended.
+  struct Situation {
+    double previous_cost = 0;  ///< before the iteration
+    double next_damping = 0;   ///< of the next iteration; past its limit the solve ends
+    double next_radius = std::numeric_limits<double>::infinity();  ///< likewise
+    /// A lower bound of what the undamped, unbounded model still promises. Damping, radius and limits
+    /// of the inner iterations can make any step small: that alone is not convergence.
+    double promise = 0;
   };
 
-  /// `record` has just ended; `previous_cost` is the cost before it.
-  std::optional<Termination> test(const IterationRecord& record, double previous_cost,
-                                  const Next& next);
+  /// Whether the solve has converged or failed with the iteration that `record` ends.
+  std::optional<Termination> test(const IterationRecord& record, const Situation& situation);
+  /// Whether it is over in any case.
+  std::optional<Termination> limit(const IterationRecord& record) const;
 
   /// Forgets past failures: the cost is another function now.
   void restart() { failures_ = 0; }
@@ -32,9 +37,10 @@ class Convergence {
   static std::string explain(Termination termination, const Summary& summary);
 
  private:
-  std::optional<Termination> test_accepted(const IterationRecord& record, double previous_cost);
-  bool is_flat(const IterationRecord& record, double share) const;
-  std::optional<Termination> test_rejected(const IterationRecord& record, const Next& next);
+  std::optional<Termination> test_accepted(const IterationRecord& record,
+                                           const Situation& situation);
+  std::optional<Termination> test_rejected(const IterationRecord& record,
+                                           const Situation& situation);
 
   Options options_;
   double cost_resolution_;  // below this share of the cost a change is rounding

@@ -4,6 +4,7 @@
 #include <raybundle/solver/methods.h>
 #include <raybundle/solver/option_table.h>
 
+#include <algorithm>
 #include <array>
 #include <sstream>
 #include <type_traits>
@@ -56,6 +57,7 @@ std::pair<const char*, bool> given(const char* name, const std::optional<T>& val
 void refuse_solver_choices(const Options& o, const MethodTraits& method) {
   const std::string who = std::string("method ") + method.name;
   if (method.inner == InnerSolve::cholesky) {
+    refuse(who + " solves exactly, without a region", given("scaling", o.scaling));
     refuse(who + " has no inner iterations", given("preconditioner", o.preconditioner),
            given("forcing", o.forcing), given("forcing-rule", o.forcing_rule),
            given("max-inner-iterations", o.max_inner_iterations));
@@ -131,6 +133,7 @@ void check_order(const Options& effective) {
   };
   ordered("min-damping", "max-damping", effective.min_damping, effective.max_damping);
   ordered("initial-damping", "max-damping", effective.initial_damping, effective.max_damping);
+  ordered("min-damping", "initial-damping", effective.min_damping, effective.initial_damping);
   ordered("min-radius", "initial-radius", effective.min_radius, effective.initial_radius);
   ordered("loss-scale", "loss-start-scale", effective.loss_scale, effective.loss_start_scale);
 }
@@ -142,6 +145,7 @@ void fill_inner(const MethodTraits& method, Options& o) {
   const bool nothing = o.elimination == Elimination::none;
   o.preconditioner =
       o.preconditioner.value_or(nothing && schur ? Preconditioner::b : method.preconditioner);
+  o.scaling = o.scaling.value_or(method.scaling);
   o.linear = Linear::implicit_pcg;
   o.forcing_rule = o.forcing_rule.value_or(method.forcing_rule);
   o.forcing = o.forcing.value_or(method.forcing);
@@ -152,28 +156,15 @@ void fill_damping(const MethodTraits& method, Options& o) {
   o.damping_matrix = o.damping_matrix.value_or(method.damping_matrix);
   const bool relative = *o.damping_matrix == DiagonalMatrix::diag_h;
   o.initial_damping = o.initial_damping.value_or(relative ? 1e-4 : 1.0);
-  o.min_damping = o.min_damping.value_or(1e-16);
+  o.min_damping = o.min_damping.value_or(std::min(1e-16, *o.initial_damping));
   o.max_damping = o.max_damping.value_or(1e32);
-}
-
-// What 1 pixel of noise asks for: of normal errors the redescending losses keep about 99 in 100.
-double default_loss_scale(Loss loss) {
-  switch (loss) {
-    case Loss::geman_mcclure:
-    case Loss::truncated:
-      return 3;
-    case Loss::tukey:  // weighs 9/16 at half its scale
-      return 6;
-    default:
-      return 1;
-  }
 }
 
 void fill_loss(const MethodTraits& method, Options& o) {
   o.loss = o.loss.value_or(method.loss);
   if (*o.loss == Loss::none) return;
   o.loss_scope = o.loss_scope.value_or(LossScope::observation);
-  o.loss_scale = o.loss_scale.value_or(default_loss_scale(*o.loss));
+  o.loss_scale = o.loss_scale.value_or(default_scale(*o.loss));
 }
 
 }  // namespace
@@ -210,10 +201,12 @@ Options resolve(const Options& options) {
 
   Options effective = options;
   if (!method.adaptive) effective.elimination = options.elimination.value_or(Elimination::points);
-  effective.scaling = options.scaling.value_or(method.scaling);
   if (method.inner == InnerSolve::pcg) fill_inner(method, effective);
   if (method.damped) fill_damping(method, effective);
-  if (method.bounded) effective.min_radius = options.min_radius.value_or(1e-32);
+  if (method.bounded) {
+    const double first = options.initial_radius.value_or(1);
+    effective.min_radius = options.min_radius.value_or(std::min(1e-32, first));
+  }
   fill_loss(method, effective);
   refuse_unused_parameters(effective, options);
   fill_increments(effective);

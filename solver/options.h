@@ -44,15 +44,16 @@ struct Options {
   std::optional<Linear> linear = {};                  ///< empty: by predicted work
   std::optional<Preconditioner> preconditioner = {};  ///< of the inner iterations
   std::optional<DiagonalMatrix> damping_matrix = {};
-  std::optional<DiagonalMatrix> scaling = {};
+  std::optional<DiagonalMatrix> scaling = {};  ///< methods with inner iterations
   PoseUpdate pose_update = PoseUpdate::local;
   Lens lens = Lens::free;
 
-  std::optional<Loss> loss = {};             ///< empty: none; irls: huber
+  std::optional<Loss> loss = {};             ///< empty: none; irls: tukey
   std::optional<LossScope> loss_scope = {};  ///< empty: observation
-  std::optional<double> loss_scale = {};     ///< pixels; empty: 1
-  std::optional<double> loss_start_scale =
-      {};  ///< pixels; wide at first, halved down to loss_scale
+  std::optional<double> loss_scale = {};     ///< pixels; empty: default_scale(loss)
+  /// Pixels; wide at first, halved down to loss_scale when the solve slows down. Empty: the same as
+  /// loss_scale; irls: twice the median residual of the start.
+  std::optional<double> loss_start_scale = {};
 
   int max_iterations = 50;  ///< trial steps, rejected ones included
   double time_limit = std::numeric_limits<double>::infinity();  ///< seconds

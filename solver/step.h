@@ -25,8 +25,9 @@ struct StepRequest {
 struct StepReport {
   bool solved = false;  ///< false: the system could not be factorised, or broke down at once
   int inner_iterations = 0;
-  bool on_boundary = false;  ///< the trust region cut the step
-  double length = 0;         ///< |D p| over the unknowns solved for; 0 where there is no region
+  bool inner_capped = false;  ///< they were at their limit
+  bool on_boundary = false;   ///< the trust region cut the step
+  double length = 0;          ///< |D p| over the unknowns solved for; 0 where there is no region
   bool block_on_boundary = false;  ///< the block radius mattered
   double block_length = 0;         ///< what it may be after this step; 0 where there is none
   Elimination eliminated = Elimination::points;

@@ -25,12 +25,8 @@ class CholeskyStep final : public StepSolver {
     system_->prepare(request.at, request.damping);
     system_->assemble(cholesky_->matrix(), x_.data());
     for (double& x : x_) x = -x;
-    const double* inverse = request.inverse_scaling;
-    if (inverse != nullptr) scale_matrix(inverse + system_->offset());
     if (!cholesky_->factor()) return {.eliminated = elimination_};
-    if (inverse != nullptr) scale_vector(inverse + system_->offset());
     cholesky_->solve(x_.data());
-    if (inverse != nullptr) scale_vector(inverse + system_->offset());
     system_->expand(x_.data(), step);
     return {.solved = true, .eliminated = elimination_};
   }
@@ -42,29 +38,6 @@ class CholeskyStep final : public StepSolver {
   std::string description() const override { return cholesky_->description(); }
 
  private:
-  // A := D^-1 A D^-1  [Qu18, Alg. 7, line 3]
-  void scale_matrix(const double* s) {
-    linalg::SymmetricBlocks& A = cholesky_->matrix();
-    const linalg::SymmetricPattern& pattern = A.pattern();
-    for (std::int64_t a = 0; a < pattern.blocks(); ++a) {
-      for (std::int64_t i = 0; i < pattern.block_size(a); ++i) {
-        double* row = A.row(a) + i * A.stride(a);
-        const double s_row = s[pattern.offset[index(a)] + i];
-        for (std::int64_t p = pattern.row_begin[index(a)]; p < pattern.row_begin[index(a + 1)];
-             ++p) {
-          const std::int64_t b = pattern.column[index(p)];
-          for (std::int64_t k = 0; k < pattern.block_size(b); ++k) {
-            row[A.block_shift(p) + k] *= s_row * s[pattern.offset[index(b)] + k];
-          }
-        }
-      }
-    }
-  }
-
-  void scale_vector(const double* s) {
-    for (std::size_t i = 0; i < x_.size(); ++i) x_[i] *= s[i];
-  }
-
   Elimination elimination_;
   std::unique_ptr<linalg::ReducedSystem> system_;
   std::unique_ptr<linalg::Cholesky> cholesky_;

@@ -49,6 +49,7 @@ class PcgStep final : public StepSolver {
     StepReport report;
     report.eliminated = elimination_;
     report.inner_iterations = result.iterations;
+    report.inner_capped = result.end == linalg::Pcg::End::max_iterations;
     report.on_boundary = result.end == linalg::Pcg::End::boundary;
     report.length = norm(x_);
     // A breakdown after some progress still gives a step; one at the start gives none.

@@ -44,6 +44,7 @@ struct IterationRecord {
   double radius = 0;              ///< of this trial's trust region; 0 where the method has none
   bool on_boundary = false;       ///< the trust region cut the step
   int inner_iterations = 0;
+  bool inner_capped = false;  ///< the inner iterations were at their limit
   Elimination eliminated = Elimination::none;
   double condition_cameras = 0;  ///< of the damped block diagonal B; NaN where nobody asks for it
   double condition_points = 0;   ///< of the damped block diagonal C; NaN likewise

@@ -73,6 +73,11 @@ TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::Thread
       loss_(options),
       convergence_(options, objective.layout().residuals()) {
   summary_.options = options;
+  start_globalisation();
+}
+
+void TrustRegion::start_globalisation() {
+  const Options& options = summary_.options;
   const MethodTraits& method = traits(options.method);
   if (method.damped) damping_.emplace(*options.initial_damping, *options.min_damping);
   if (method.bounded) radius_.emplace(options.initial_radius);
@@ -105,11 +110,8 @@ void TrustRegion::start() {
   {
     const PhaseTimer timer(summary_.seconds.residual);
     summary_.initial_cost = cost_ = objective_.cost(state_);
-    if (!loss_.is_final()) {
-      objective_.set_loss_scale(loss_.scale());
-      cost_ = objective_.cost(state_);
-    }
   }
+  if (!loss_.is_final()) set_loss_scale(loss_.scale());
   linearize();
   record_.accepted = true;
   end_iteration();
@@ -146,7 +148,8 @@ void TrustRegion::compute_step() {
   ++summary_.linear_solves;
   summary_.inner_iterations += report_.inner_iterations;
   record_.inner_iterations = report_.inner_iterations;
-  record_.on_boundary = report_.on_boundary;
+  record_.inner_capped = report_.inner_capped;
+  record_.on_boundary = report_.on_boundary || report_.block_on_boundary;
   record_.eliminated = report_.eliminated;
   record_.condition_cameras = report_.condition_cameras;
   record_.condition_points = report_.condition_points;
@@ -234,10 +237,9 @@ void TrustRegion::fill_matrices() {
   if (damping_ && due(*options.damping_matrix, damping_matrix_)) {
     fill_diagonal(*options.damping_matrix, increments_, normal_, damping_matrix_);
   }
-  if (*options.scaling == DiagonalMatrix::identity || !due(*options.scaling, inverse_scaling_)) {
-    return;
-  }
-  fill_diagonal(*options.scaling, increments_, normal_, inverse_scaling_);
+  const DiagonalMatrix scaling = options.scaling.value_or(DiagonalMatrix::identity);
+  if (scaling == DiagonalMatrix::identity || !due(scaling, inverse_scaling_)) return;
+  fill_diagonal(scaling, increments_, normal_, inverse_scaling_);
   for (double& d : inverse_scaling_) d = 1 / std::sqrt(d);
 }
 
@@ -245,40 +247,56 @@ void TrustRegion::end_iteration() {
   record_.seconds = seconds();
   summary_.iterations.push_back(record_);
   if (record_.accepted && record_.iteration > 0) ++summary_.accepted;
-  Convergence::Next next;
-  if (damping_) next.damping = damping_->mu();
-  if (radius_) next.radius = radius_->radius();
-  const auto verdict = convergence_.test(record_, previous_cost_, next);
+  const auto verdict = convergence_.test(record_, situation());
+  const auto limit = convergence_.limit(record_);
   const bool asked = observer_ && observer_(record_) == Control::stop;
-  const bool at_limit = verdict && outcome(*verdict) == Outcome::limit_reached;
-  if (asked && !verdict) {
-    stop(Termination::stopped);
-  } else if (verdict && (at_limit || loss_.is_final())) {
+  if (verdict && loss_.is_final()) {
     stop(*verdict);
-  } else if (record_.accepted || verdict) {
+  } else if (limit) {
+    stop(*limit);
+  } else if (asked) {
+    stop(Termination::stopped);
+  } else {
     const double gain = (previous_cost_ - cost_) / previous_cost_;
-    if (record_.iteration > 0 && loss_.tighten(verdict ? 0 : gain)) tighten_loss();
+    const bool moved = record_.accepted && record_.iteration > 0;
+    if ((verdict || moved) && loss_.tighten(verdict ? 0 : gain)) tighten_loss();
   }
 }
 
-// The same state under a smaller scale: another cost, and another problem to linearise.
+// The promise is 1/2 g^T diag(H)^-1 g / lambda, where lambda bounds the largest eigenvalue of H
+// scaled to a unit diagonal: a row has so many unknowns that are not zero (Cauchy-Schwarz).
+Convergence::Situation TrustRegion::situation() const {
+  Convergence::Situation result;
+  result.previous_cost = previous_cost_;
+  if (damping_) result.next_damping = damping_->mu();
+  if (radius_) result.next_radius = radius_->radius();
+  const linalg::BlockLayout& layout = objective_.layout();
+  result.promise = 0.5 * normal_.scaled_gradient_squares() / (layout.hub_size + layout.leaf_size);
+  return result;
+}
+
+// The same state under a smaller scale: another cost, and another problem to linearise. What
+// damping and radius learnt from failures under the old one does not bind it.
 void TrustRegion::tighten_loss() {
-  {
-    const PhaseTimer timer(summary_.seconds.residual);
-    objective_.set_loss_scale(loss_.scale());
-    cost_ = objective_.cost(state_);
-  }
+  set_loss_scale(loss_.scale());
   convergence_.restart();
+  start_globalisation();
   linearize();
+}
+
+void TrustRegion::set_loss_scale(double scale) {
+  const PhaseTimer timer(summary_.seconds.residual);
+  objective_.set_loss_scale(scale);
+  cost_ = objective_.cost(state_);
 }
 
 void TrustRegion::stop(Termination termination) {
   stopped_ = true;
   summary_.termination = termination;
   summary_.message = Convergence::explain(termination, summary_);
-  if (!loss_.is_final()) {  // costs of the start and of the end are comparable
-    objective_.set_loss_scale(*summary_.options.loss_scale);
-    cost_ = objective_.cost(state_);
+  if (!loss_.is_final()) {  // start and end are comparable
+    set_loss_scale(*summary_.options.loss_scale);
+    linearize();
   }
   summary_.final_cost = cost_;
   summary_.gradient_norm = record_.gradient_norm;

@@ -37,9 +37,12 @@ class TrustRegion {
   void judge();
   void linearize();
   void end_iteration();
+  Convergence::Situation situation() const;
   void tighten_loss();
+  void set_loss_scale(double scale);
   void stop(Termination termination);
 
+  void start_globalisation();
   void begin_record();
   void fill_damping();
   void fill_matrices();

@@ -63,7 +63,10 @@ double working_memory(const Problem& problem, const Options& options) {
   const Sizes n = {static_cast<double>(problem.observation_count()),
                    static_cast<double>(problem.camera_count()),
                    static_cast<double>(problem.point_count())};
-  const double scaling = options.scaling == DiagonalMatrix::identity ? 0 : word * n.unknowns();
+  const double scaling =
+      options.scaling.value_or(DiagonalMatrix::identity) == DiagonalMatrix::identity
+          ? 0
+          : word * n.unknowns();
   const MethodTraits& method = traits(options.method);
   // solver/block_region.h: a damping of its own, and lengths.
   const double held =

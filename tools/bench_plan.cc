@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <raybundle/models/error.h>
+#include <raybundle/solver/methods.h>
 #include <raybundle/solver/option_table.h>
 #include <raybundle/tools/report.h>
 
@@ -112,9 +113,11 @@ void check_unique(const char* what, const auto& list) {
   }
 }
 
+/// Methods that minimise the plain squares: costs of a loss do not compare with them.
 std::vector<std::string> default_variants() {
   std::vector<std::string> all;
   for (int i = 0; i < enum_count<Method>; ++i) {
+    if (traits(static_cast<Method>(i)).loss != Loss::none) continue;
     const std::string method = name(static_cast<Method>(i));
     all.push_back(method + "=--method " + method);
   }

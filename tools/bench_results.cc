@@ -35,6 +35,9 @@ void read_log(const Json& log, RunResult& result) {
     result.trace.push_back({whole(each, "iteration"), number(each, "seconds"), number(each, "cost"),
                             number(each, "gradient_norm")});
   }
+  const Json options = log.value("options", Json::object());
+  const auto loss = options.find("loss");
+  result.robust = loss != options.end() && loss->is_string() && *loss != "none";
   const Json summary = log.value("summary", Json::object());
   result.termination = summary.value("termination", "");
   result.initial_cost = number(summary, "initial_cost");
@@ -133,8 +136,15 @@ void complete(const BenchPlan& plan, BenchResults& results) {
   results.start.assign(plan.problems.size(), NAN);
   results.best.clear();
   for (const BenchProblem& problem : plan.problems) results.best.push_back(problem.best);
+  std::vector<bool> has_plain(plan.problems.size(), false);
   for (const RunResult& run : results.runs) {
-    if (run.trace.empty()) continue;
+    if (!run.robust && !run.trace.empty()) has_plain[run.problem] = true;
+  }
+  const auto counts = [&](const RunResult& run) {
+    return !run.trace.empty() && !(run.robust && has_plain[run.problem]);
+  };
+  for (const RunResult& run : results.runs) {
+    if (!counts(run)) continue;
     double& start = results.start[run.problem];
     if (std::isnan(start)) start = run.trace.front().cost;
     for (const Iterate& each : run.trace) {
@@ -142,6 +152,8 @@ void complete(const BenchPlan& plan, BenchResults& results) {
     }
   }
   for (RunResult& run : results.runs) {
+    run.seconds_to.fill(infinity);
+    if (!counts(run)) continue;
     std::vector<CostAt> trace;
     for (const Iterate& each : run.trace) trace.push_back({each.seconds, each.cost});
     for (std::size_t i = 0; i < accuracies.size(); ++i) {

@@ -31,6 +31,7 @@ struct RunResult {
   RunStatus status = RunStatus::error;
   std::string message;
   std::string termination;
+  bool robust = false;  ///< minimised a robust loss
   std::vector<Iterate> trace;
   double initial_cost = NAN;
   double final_cost = NAN;
@@ -57,14 +58,15 @@ struct MedianResult {
 struct BenchResults {
   std::vector<RunResult> runs;
   std::vector<double> start;  ///< of each problem: the cost at the start; NaN: no run
-  std::vector<double> best;   ///< the least cost of any run, or known beforehand
+  std::vector<double> best;   ///< the least cost of any run that counts, or known beforehand
 };
 
 /// Reads one run; status `error` and an empty trace for one that is not there.
 RunResult read_run(const BenchPlan& plan, const BenchProblem& problem, const BenchVariant& variant,
                    int run);
 
-/// Fills in start, best and the times to each accuracy.
+/// Fills in start, best and the times to each accuracy. Costs of a loss do not compare with those
+/// of plain squares: where both are there, runs with a loss count as never there.
 void complete(const BenchPlan& plan, BenchResults& results);
 
 /// All runs that are there, completed.

@@ -21,6 +21,7 @@
 #include <raybundle/tools/commands.h>
 #include <raybundle/tools/evaluation.h>
 #include <raybundle/tools/input.h>
+#include <raybundle/tools/options_cli.h>
 #include <raybundle/tools/output.h>
 
 namespace raybundle::tools {
@@ -86,7 +87,7 @@ Evaluation evaluate(const Arguments& arguments, const Problem& problem) {
   result.points = problem.point_count();
   result.observations = problem.observation_count();
   result.loss = {arguments.loss, arguments.scope.value_or(LossScope::observation),
-                 arguments.scale.value_or(RobustLoss{}.scale)};
+                 arguments.scale.value_or(default_scale(arguments.loss))};
   result.pixels = reprojection_statistics(problem);
   // Of the solver's own function, so that the file a solve wrote has the cost that its log says.
   linalg::ThreadPool pool(linalg::available_threads());
@@ -128,8 +129,6 @@ ExitCode run(const Arguments& arguments) {
   return ExitCode::usable;
 }
 
-std::string has_name(const std::string& name) { return name.empty() ? "the name is empty" : ""; }
-
 void add_files(CLI::App& parser, Arguments& arguments) {
   const auto add = [&parser](const char* option, std::string& name, const char* help,
                              const char* kind) {
@@ -169,7 +168,7 @@ Command add_eval(CLI::App& program) {
                 arguments->scope = parse_enum<LossScope>("loss-scope", text);
               })
       ->type_name("observation|component");
-  text_option("--loss-scale", "Scale of the loss, pixels [1]",
+  text_option("--loss-scale", "Scale of the loss, pixels [1 to 6, by loss]",
               [arguments](const std::string& text) { arguments->scale = parse_scale(text); })
       ->type_name("X");
   return {parser, [arguments] { return run(*arguments); }};

@@ -23,6 +23,7 @@
 #include <raybundle/models/statistics.h>
 #include <raybundle/solver/option_table.h>
 #include <raybundle/tools/commands.h>
+#include <raybundle/tools/options_cli.h>
 #include <raybundle/tools/output.h>
 #include <raybundle/tools/report.h>
 
@@ -240,23 +241,18 @@ std::string what_help() {
   return "A kind (" + kinds + ")\nor a preset (" + names + ")";
 }
 
-/// An empty name, from an unset variable perhaps, must not pass for none.
-std::string has_name(const std::string& name) { return name.empty() ? "the name is empty" : ""; }
-
-/// The parser would take -1 for a large one.
-std::string is_seed(const std::string& text) {
-  return text.starts_with('-') ? text + " is below 0" : "";
-}
-
 void add_scene_options(CLI::App& parser, Arguments& arguments) {
-  parser.add_option("--seed", arguments.seed, "Seed of scene, noise and start [1]")
-      ->type_name("N")
-      ->check(is_seed, "");
-  parser
-      .add_option("--noise-seed", arguments.noise_seed,
-                  "Seed of noise and start, for the same scene with others [that of the scene]")
-      ->type_name("N")
-      ->check(is_seed, "");
+  const auto add_seed = [&parser](const char* option, const char* help, auto& seed) {
+    parser
+        .add_option_function<std::string>(
+            std::string("--") + option,
+            [option, &seed](const std::string& text) { seed = parse_seed(option, text); }, help)
+        ->type_name("N");
+  };
+  add_seed("seed", "Seed of scene, noise and start [1]", arguments.seed);
+  add_seed("noise-seed",
+           "Seed of noise and start, for the same scene with others [that of the scene]",
+           arguments.noise_seed);
   parser.add_option("--cameras", arguments.cameras, "Number of cameras [by kind]")->type_name("N");
   parser.add_option("--points", arguments.points, "Number of points [by kind]")->type_name("N");
   parser

@@ -52,18 +52,6 @@ class Stopwatch {
 
 void say(const std::string& line) { std::fputs((line + "\n").c_str(), stderr); }
 
-std::uint64_t parse_seed(const std::string& text) {
-  std::uint64_t seed = 0;
-  const char* end = text.data() + text.size();
-  const auto [last, error] = std::from_chars(text.data(), end, seed);
-  if (error == std::errc() && last == end) return seed;
-  throw OptionError("--seed: '" + text + "' is not a whole number from 0 to " +
-                    std::to_string(std::numeric_limits<std::uint64_t>::max()));
-}
-
-/// An empty name, from an unset variable perhaps, must not pass for none.
-std::string has_name(const std::string& name) { return name.empty() ? "the name is empty" : ""; }
-
 /// Whatever can be refused before the first long stage.
 void check(const Arguments& arguments) {
   if (!arguments.input.empty() && arguments.seed) {
@@ -218,7 +206,8 @@ Command add_solve(CLI::App& program) {
       ->check(has_name, "");
   parser
       ->add_option_function<std::string>(
-          "--seed", [arguments](const std::string& text) { arguments->seed = parse_seed(text); },
+          "--seed",
+          [arguments](const std::string& text) { arguments->seed = parse_seed("seed", text); },
           "Seed of the generated scene [" + std::to_string(scenes::StreetOptions{}.seed) + "]")
       ->type_name("N");
   parser->add_flag("-q,--quiet", arguments->quiet, "No progress on standard error [off]");

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <limits>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -103,5 +104,16 @@ void add_solver_options(CLI::App& parser, Options& options) {
         ->group("Solver options");
   });
 }
+
+std::uint64_t parse_seed(const std::string& option, const std::string& text) {
+  std::uint64_t seed = 0;
+  const char* end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, seed);
+  if (error == std::errc() && last == end && !text.empty()) return seed;
+  throw OptionError("--" + option + ": '" + text + "' is not a whole number from 0 to " +
+                    std::to_string(std::numeric_limits<std::uint64_t>::max()));
+}
+
+std::string has_name(const std::string& name) { return name.empty() ? "the name is empty" : ""; }
 
 }  // namespace raybundle::tools

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <string>
+
 #include <raybundle/solver/options.h>
 
 namespace CLI {  // NOLINT(readability-identifier-naming): theirs
@@ -12,5 +15,11 @@ namespace raybundle::tools {
 /// and defaults; parsing writes to `options`, which must outlive it. A value that is not one makes
 /// parsing throw OptionError.
 void add_solver_options(CLI::App& parser, Options& options);
+
+/// The seed that `text` is, all of it. Throws OptionError naming `option`.
+std::uint64_t parse_seed(const std::string& option, const std::string& text);
+
+/// A check for names of files: an empty one, from an unset variable perhaps, must not pass for none.
+std::string has_name(const std::string& name);
 
 }  // namespace raybundle::tools

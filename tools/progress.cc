@@ -28,13 +28,12 @@ std::string ProgressTable::header() {
   return buffer.data();
 }
 
-std::string ProgressTable::row(const IterationRecord& record, double previous_cost) {
+std::string ProgressTable::row(const IterationRecord& record) {
   const bool start = record.iteration == 0;
   const double none = std::nan("");
-  const double trial = record.accepted ? record.cost : record.candidate_cost;
   std::string text = cell("%*.0f", 5, record.iteration);
   text += cell(" %*.6e", 13, record.cost);
-  text += cell(" %*.2e", 10, start ? none : previous_cost - trial);
+  text += cell(" %*.2e", 10, start ? none : record.rho * record.predicted_decrease);
   text += cell(" %*.2e", 10, record.gradient_norm);
   text += cell(" %*.2e", 10, start ? none : record.step_norm);
   text += cell(" %*.2e", 9, start ? none : record.rho);
@@ -47,9 +46,7 @@ std::string ProgressTable::row(const IterationRecord& record, double previous_co
 
 void ProgressTable::show(const IterationRecord& record) {
   const bool start = record.iteration == 0;
-  const std::string text =
-      (start ? header() : std::string()) + row(record, start ? record.cost : cost_);
-  cost_ = record.cost;
+  const std::string text = (start ? header() : std::string()) + row(record);
   std::fputs(text.c_str(), stderr);  // whoever does not listen misses it, that is all
 }
 

@@ -13,11 +13,7 @@ class ProgressTable {
   void show(const IterationRecord& record);
 
   static std::string header();
-  /// `previous_cost`: of the state before the iteration.
-  static std::string row(const IterationRecord& record, double previous_cost);
-
- private:
-  double cost_ = 0;
+  static std::string row(const IterationRecord& record);
 };
 
 }  // namespace raybundle::tools

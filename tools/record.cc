@@ -62,6 +62,7 @@ Json iteration_json(const IterationRecord& record) {
           {"radius", record.radius},
           {"on_boundary", record.on_boundary},
           {"inner_iterations", record.inner_iterations},
+          {"inner_capped", record.inner_capped},
           {"eliminated", name(record.eliminated)},
           {"condition_cameras", record.condition_cameras},
           {"condition_points", record.condition_points},

@@ -89,9 +89,15 @@ TEST(Condition, SaysSoWhenThereIsNone) {
   blocks.damping.assign(6, 0.0);
   for (std::size_t k = 0; k < 9; ++k) blocks.values[k] = 1;  // rank 1
   EXPECT_GT(condition(blocks, 3), 1e15);
-  blocks.values[0] = std::numeric_limits<double>::quiet_NaN();
-  blocks.values[4] = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(condition(blocks, 3), std::numeric_limits<double>::infinity());
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    Blocks broken = random_blocks(3, 2, 11);
+    broken.values[4] = bad;  // on the diagonal
+    EXPECT_EQ(condition(broken, 3), std::numeric_limits<double>::infinity());
+    broken = random_blocks(3, 2, 11);
+    broken.values[1] = broken.values[3] = bad;
+    EXPECT_EQ(condition(broken, 3), std::numeric_limits<double>::infinity());
+  }
   EXPECT_EQ(condition({}, 3), 1) << "nothing at all";
 }
 

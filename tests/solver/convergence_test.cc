@@ -26,6 +26,8 @@ constexpr std::array all = {Termination::gradient_tolerance,   Termination::func
                             Termination::damping_limit,        Termination::radius_limit,
                             Termination::consecutive_failures, Termination::bad_start};
 
+constexpr Convergence::Situation at_100 = {.previous_cost = 100, .next_damping = 1};
+
 // An accepted step that moved and helped: no reason to stop.
 IterationRecord good_step() {
   IterationRecord record;
@@ -58,7 +60,9 @@ IterationRecord failed_step() {
 
 std::optional<Termination> verdict(const IterationRecord& record, const Options& options = {},
                                    double next_damping = 1) {
-  return Convergence(resolve(options), residuals).test(record, 100, {.damping = next_damping});
+  Convergence convergence(resolve(options), residuals);
+  const auto found = convergence.test(record, {.previous_cost = 100, .next_damping = next_damping});
+  return found ? found : convergence.limit(record);
 }
 
 TEST(Convergence, GoesOnAfterAGoodStep) { EXPECT_EQ(verdict(good_step()), std::nullopt); }
@@ -113,14 +117,38 @@ TEST(Convergence, ARejectedStepOfNoConsequenceConverges) {
 // After several failures the damping alone makes the model promise little: that is no minimum.
 TEST(Convergence, LaterFailuresDoNotPassForConvergence) {
   Convergence convergence(resolve({.function_tolerance = 1e-6}), residuals);
-  EXPECT_EQ(convergence.test(rejected_step(), 100, {.damping = 1}), std::nullopt);
+  EXPECT_EQ(convergence.test(rejected_step(), at_100), std::nullopt);
   IterationRecord record = rejected_step();
   record.candidate_cost = 100 + 5e-5;
   record.predicted_decrease = 5e-5;
-  EXPECT_EQ(convergence.test(record, 100, {.damping = 1}), std::nullopt);
+  EXPECT_EQ(convergence.test(record, at_100), std::nullopt);
   record.candidate_cost = 100 + 1e-14;  // what rounding leaves of the cost decides
   record.predicted_decrease = 1e-14;
-  EXPECT_EQ(convergence.test(record, 100, {.damping = 1}), Termination::function_tolerance);
+  EXPECT_EQ(convergence.test(record, at_100), Termination::function_tolerance);
+}
+
+// Whatever made a step small, there is no convergence while the free model still promises much.
+TEST(Convergence, AShortenedStepIsNoConvergence) {
+  const Options options = resolve({.function_tolerance = 1e-6, .parameter_tolerance = 1e-6});
+  const auto test = [&](const IterationRecord& record, double promise) {
+    return Convergence(options, residuals).test(record, {.previous_cost = 100, .promise = promise});
+  };
+  IterationRecord record = good_step();
+  record.cost = record.candidate_cost = 100 - 1e-9;
+  record.relative_step = 1e-9;
+  EXPECT_EQ(test(record, 0), Termination::function_tolerance);
+  EXPECT_EQ(test(record, 0.99e-4), Termination::function_tolerance);
+  EXPECT_EQ(test(record, 1.01e-4), std::nullopt) << "damped";
+  record.on_boundary = true;
+  EXPECT_EQ(test(record, 0), std::nullopt) << "cut by the region";
+  record.on_boundary = false;
+  record.inner_capped = true;
+  EXPECT_EQ(test(record, 0), std::nullopt) << "not solved to its tolerance";
+  IterationRecord rejected = rejected_step();
+  rejected.candidate_cost = 100 + 1e-14;
+  rejected.predicted_decrease = 1e-14;
+  EXPECT_EQ(test(rejected, 0), Termination::function_tolerance);
+  EXPECT_EQ(test(rejected, 1.01e-4), std::nullopt);
 }
 
 TEST(Convergence, AFailedFactorisationIsNotConvergence) {
@@ -144,7 +172,7 @@ TEST(Convergence, DampingAtItsLimit) {
 TEST(Convergence, RadiusAtItsLimit) {
   const auto at = [](double radius, const IterationRecord& record) {
     return Convergence(resolve({.method = Method::inm, .min_radius = 1e-6}), residuals)
-        .test(record, 100, {.radius = radius});
+        .test(record, {.previous_cost = 100, .next_radius = radius});
   };
   EXPECT_EQ(at(0.9e-6, rejected_step()), Termination::radius_limit);
   EXPECT_EQ(at(1e-6, rejected_step()), std::nullopt);
@@ -155,13 +183,12 @@ TEST(Convergence, RadiusAtItsLimit) {
 TEST(Convergence, FailuresCountInARowOnly) {
   Convergence convergence(resolve({.max_consecutive_failures = 3}), residuals);
   for (int round = 0; round < 2; ++round) {
-    EXPECT_EQ(convergence.test(rejected_step(), 100, {.damping = 1}), std::nullopt);
-    EXPECT_EQ(convergence.test(failed_step(), 100, {.damping = 1}), std::nullopt);
+    EXPECT_EQ(convergence.test(rejected_step(), at_100), std::nullopt);
+    EXPECT_EQ(convergence.test(failed_step(), at_100), std::nullopt);
     if (round == 1) break;
-    EXPECT_EQ(convergence.test(good_step(), 100, {.damping = 1}), std::nullopt);
+    EXPECT_EQ(convergence.test(good_step(), at_100), std::nullopt);
   }
-  EXPECT_EQ(convergence.test(rejected_step(), 100, {.damping = 1}),
-            Termination::consecutive_failures);
+  EXPECT_EQ(convergence.test(rejected_step(), at_100), Termination::consecutive_failures);
 }
 
 TEST(Convergence, Limits) {

@@ -160,7 +160,8 @@ TEST(Resolve, FillsEveryChoiceThatHasAnEffect) {
   for (int i = 0; i < enum_count<Method>; ++i) {
     const Options effective = resolve({.method = static_cast<Method>(i)});
     const MethodTraits& method = traits(effective.method);
-    EXPECT_TRUE(effective.scaling && effective.loss);
+    EXPECT_TRUE(effective.loss);
+    EXPECT_EQ(effective.scaling.has_value(), method.inner == InnerSolve::pcg);
     EXPECT_NE(effective.elimination.has_value(), method.adaptive);
     EXPECT_EQ(effective.damping_matrix.has_value(), method.damped);
     EXPECT_EQ(effective.initial_damping.has_value(), method.damped);
@@ -255,6 +256,7 @@ TEST(Resolve, RefusesWhatTheMethodDoesNotHave) {
   refused({.method = Method::lm_cholesky, .min_radius = 1}, "min-radius");
   refused({.method = Method::adinm, .elimination = Elimination::points}, "elimination");
   refused({.method = Method::lm_cholesky, .forcing_rule = ForcingRule::constant}, "forcing-rule");
+  refused({.method = Method::lm_cholesky, .scaling = DiagonalMatrix::diag_h}, "scaling");
   refused({.loss_scale = 2}, "loss-scale");
   refused({.loss_scope = LossScope::component}, "loss-scope");
   refused({.loss_start_scale = 9}, "loss-start-scale");
@@ -269,6 +271,10 @@ TEST(Resolve, RefusesWhatTheMethodDoesNotHave) {
 
 TEST(Resolve, RefusesContradictingBounds) {
   EXPECT_NE(message_of({.method = Method::inm, .initial_radius = 1, .min_radius = 2}), "");
+  EXPECT_EQ(message_of({.method = Method::inm, .initial_radius = 1e-40}), "")
+      << "the least follows";
+  EXPECT_NE(message_of({.initial_damping = 1e-3, .min_damping = 1}), "");
+  EXPECT_EQ(message_of({.initial_damping = 0}), "") << "the least follows";
   EXPECT_NE(message_of({.loss = Loss::huber, .loss_scale = 2, .loss_start_scale = 1}), "");
   EXPECT_NE(message_of({.initial_damping = 1, .min_damping = 10, .max_damping = 5}), "");
 }

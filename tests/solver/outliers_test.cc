@@ -128,5 +128,45 @@ TEST(GraduatedLoss, ALimitEndsItAtAnyScale) {
   EXPECT_NEAR(again.initial_cost, summary.final_cost, 1e-12 * summary.final_cost);
 }
 
+// However early the tests of convergence are satisfied while the scale is wide.
+TEST(GraduatedLoss, LimitsAndObserversAreObeyedAtEveryScale) {
+  const Scene given = scene(3);
+  for (int most = 0; most <= 6; ++most) {
+    Problem problem = given.start;
+    const Summary summary = solve(problem, {.method = Method::irls,
+                                            .max_iterations = most,
+                                            .function_tolerance = 0.5,
+                                            .gradient_tolerance = 1e9});
+    EXPECT_LE(summary.iterations.size(), static_cast<std::size_t>(most) + 1);
+    const bool final_scale = summary.iterations.back().loss_scale == 6;
+    if (!final_scale) {
+      EXPECT_EQ(summary.termination, Termination::max_iterations);
+    }
+    const auto once = [most](const IterationRecord& record) {
+      return record.iteration == most ? Control::stop : Control::proceed;
+    };
+    problem = given.start;
+    const Summary stopped =
+        solve(problem, {.method = Method::irls, .function_tolerance = 0.5}, once);
+    if (stopped.iterations.back().loss_scale == 6) continue;
+    EXPECT_EQ(stopped.termination, Termination::stopped);
+    EXPECT_EQ(stopped.iterations.size(), static_cast<std::size_t>(most) + 1);
+  }
+}
+
+// Failures under a wide scale end that scale, and their damping does not survive it.
+TEST(GraduatedLoss, ForgetsFailuresWithTheScale) {
+  const Scene given = scene(3);
+  Problem problem = given.start;
+  const Summary summary = solve(
+      problem, {.method = Method::irls, .max_consecutive_failures = 1, .initial_damping = 1e-12});
+  for (std::size_t k = 1; k < summary.iterations.size(); ++k) {
+    const IterationRecord& now = summary.iterations[k];
+    if (now.loss_scale < summary.iterations[k - 1].loss_scale) {
+      EXPECT_EQ(now.damping, 1e-12);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace raybundle

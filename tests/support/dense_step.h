@@ -107,8 +107,9 @@ class StepFixture {
                double radius = std::numeric_limits<double>::infinity(),
                std::optional<double> block_radius = {}) {
     std::vector<double> inverse;
-    if (*options_.scaling != DiagonalMatrix::identity) {
-      fill_diagonal(*options_.scaling, increments(options_), normal_, inverse);
+    const DiagonalMatrix scaling = options_.scaling.value_or(DiagonalMatrix::identity);
+    if (scaling != DiagonalMatrix::identity) {
+      fill_diagonal(scaling, increments(options_), normal_, inverse);
       for (double& d : inverse) d = 1 / std::sqrt(d);
     }
     Result result;
