@@ -20,8 +20,8 @@ class Convergence {
     double previous_cost = 0;  ///< before the iteration
     double next_damping = 0;   ///< of the next iteration; past its limit the solve ends
     double next_radius = std::numeric_limits<double>::infinity();  ///< likewise
-    /// A lower bound of what the undamped, unbounded model still promises. Damping, radius and limits
-    /// of the inner iterations can make any step small: that alone is not convergence.
+    /// A lower bound of what the undamped, unbounded model still promises. Damping, radius and
+    /// limits of the inner iterations can make any step small: that alone is not convergence.
     double promise = 0;
   };
 

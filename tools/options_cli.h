@@ -19,7 +19,8 @@ void add_solver_options(CLI::App& parser, Options& options);
 /// The seed that `text` is, all of it. Throws OptionError naming `option`.
 std::uint64_t parse_seed(const std::string& option, const std::string& text);
 
-/// A check for names of files: an empty one, from an unset variable perhaps, must not pass for none.
+/// A check for names of files: an empty one, from an unset variable perhaps, must not pass for
+/// none.
 std::string has_name(const std::string& name);
 
 }  // namespace raybundle::tools

@@ -48,7 +48,7 @@ def inner(limit=1000, forcing=0.1, preconditioner="identity"):
 def lm(side="C", matrix="I", **more):
     linear = "dense-cholesky" if side == "C" else "sparse-cholesky"
     choices = {"pose_update": "global", "elimination": SIDES[side], "linear": linear,
-               "scaling": "identity", "loss": "none", **damping(matrix), **more}
+               "loss": "none", **damping(matrix), **more}
     return options("lm-cholesky", **choices)
 
 
