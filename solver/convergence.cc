@@ -28,8 +28,9 @@ std::optional<Termination> Convergence::limit(const IterationRecord& record) con
 // A step that something cut short is small for that reason and tells nothing of the minimum.
 std::optional<Termination> Convergence::test_accepted(const IterationRecord& record,
                                                       const Situation& situation) {
+  const bool shortened = failures_ > 0 || record.on_boundary || record.inner_capped;
   failures_ = 0;
-  if (record.on_boundary || record.inner_capped) return std::nullopt;
+  if (shortened) return std::nullopt;
   const double cost = situation.previous_cost;
   const double flat = options_.function_tolerance * cost;
   if (cost - record.cost <= flat && situation.promise <= flat) {

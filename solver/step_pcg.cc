@@ -13,6 +13,7 @@ namespace {
 using linalg::index;
 
 constexpr double least_forcing = 1e-12;
+constexpr std::int64_t entry_grain = 16384;
 
 // The inexact step of [Qu18, Alg. 4, 7]: conjugate gradients, within a trust region or not, on the
 // (reduced) system, whose matrix is never formed. In the scaled unknowns x~ = D x the matrix is
@@ -34,18 +35,19 @@ class PcgStep final : public StepSolver {
 
   StepReport solve(const StepRequest& request, double* step) override {
     system_->prepare(request.at, block_region_.hold(request));
-    build_preconditioner();
     inverse_ = request.inverse_scaling;
     if (inverse_ != nullptr) {
       inverse_ += system_->offset();
       scaled_.resize(x_.size());
     }
+    build_preconditioner();
     system_->gradient(b_.data());
     for (double& b : b_) b = -b;
     scale(b_.data());
-    const auto result = pcg_.solve([this](const double* x, double* y) { apply(x, y); },
-                                   [this](const double* r, double* z) { precondition(r, z); },
-                                   b_.data(), stop(request), x_.data());
+    const auto result = pcg_.solve(
+        [this](const double* x, double* y) { apply(x, y); },
+        [this](const double* r, double* z) { preconditioner_.apply(r, z, system_->size(), pool_); },
+        b_.data(), stop(request), x_.data());
     StepReport report;
     report.eliminated = elimination_;
     report.inner_iterations = result.iterations;
@@ -82,6 +84,7 @@ class PcgStep final : public StepSolver {
             .radius = request.radius};
   }
 
+  // The preconditioner of the scaled matrix: that of A, with its blocks scaled.
   void build_preconditioner() {
     using Form = linalg::Preconditioner::Form;
     using Blocks = linalg::ReducedSystem::Blocks;
@@ -90,35 +93,40 @@ class PcgStep final : public StepSolver {
     const bool reduced = kind == Preconditioner::diag_s || kind == Preconditioner::block_diag_s;
     const bool diagonal = kind == Preconditioner::diag_b || kind == Preconditioner::diag_s;
     system_->diagonal_blocks(reduced ? Blocks::reduced : Blocks::undiminished, blocks_);
+    if (inverse_ != nullptr) scale_blocks();
     preconditioner_.build(diagonal ? Form::diagonal : Form::blocks, blocks_);
+  }
+
+  void scale_blocks() {
+    const double* s = inverse_;
+    for (auto& run : blocks_.runs) {
+      double* value = run.values.data();
+      for (std::int64_t block = 0; block < run.count; ++block, s += run.size) {
+        for (int i = 0; i < run.size; ++i) {
+          for (int j = 0; j < run.size; ++j) *value++ *= s[i] * s[j];
+        }
+      }
+    }
   }
 
   void apply(const double* x, double* y) {
     if (inverse_ == nullptr) return system_->apply(x, y);
-    std::copy_n(x, system_->size(), scaled_.data());
-    scale(scaled_.data());
+    for_entries([&](std::int64_t i) { scaled_[index(i)] = x[i] * inverse_[i]; });
     system_->apply(scaled_.data(), y);
     scale(y);
   }
 
-  // The preconditioner is that of A, carried over to the scaled unknowns.
-  void precondition(const double* r, double* z) {
-    const bool identity = preconditioner_kind_ == Preconditioner::identity;
-    if (inverse_ == nullptr || identity) {
-      return preconditioner_.apply(r, z, system_->size(), pool_);
-    }
-    std::copy_n(r, system_->size(), scaled_.data());
-    unscale(scaled_.data());
-    preconditioner_.apply(scaled_.data(), z, system_->size(), pool_);
-    unscale(z);
-  }
-
   void scale(double* x) const {
     if (inverse_ == nullptr) return;
-    for (std::int64_t i = 0; i < system_->size(); ++i) x[i] *= inverse_[i];
+    for_entries([&](std::int64_t i) { x[i] *= inverse_[i]; });
   }
-  void unscale(double* x) const {
-    for (std::int64_t i = 0; i < system_->size(); ++i) x[i] /= inverse_[i];
+
+  template <class Update>
+  void for_entries(Update&& update) const {
+    linalg::parallel_for(pool_, system_->size(), entry_grain,
+                         [&](std::int64_t first, std::int64_t last) {
+                           for (std::int64_t i = first; i < last; ++i) update(i);
+                         });
   }
 
   Elimination elimination_;

@@ -144,6 +144,11 @@ TEST(Convergence, AShortenedStepIsNoConvergence) {
   record.on_boundary = false;
   record.inner_capped = true;
   EXPECT_EQ(test(record, 0), std::nullopt) << "not solved to its tolerance";
+  record.inner_capped = false;
+  Convergence convergence(options, residuals);
+  EXPECT_EQ(convergence.test(rejected_step(), at_100), std::nullopt);
+  EXPECT_EQ(convergence.test(record, at_100), std::nullopt) << "a failure has just raised damping";
+  EXPECT_EQ(convergence.test(record, at_100), Termination::function_tolerance);
   IterationRecord rejected = rejected_step();
   rejected.candidate_cost = 100 + 1e-14;
   rejected.predicted_decrease = 1e-14;
