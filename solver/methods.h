@@ -21,7 +21,7 @@ struct MethodTraits {
   Preconditioner preconditioner = Preconditioner::identity;
   DiagonalMatrix damping_matrix = DiagonalMatrix::identity;
   DiagonalMatrix scaling = DiagonalMatrix::identity;
-  ForcingRule forcing_rule = ForcingRule::thesis;
+  ForcingRule forcing_rule = ForcingRule::nash_sofer;
   double forcing = 0.1;
   int max_inner_iterations = 1000;
   Loss loss = Loss::none;

@@ -80,8 +80,8 @@ void visit_options(AnyOptions& o, Visit&& visit) {
         OptionInfo{"max-inner-iterations", "most PCG iterations per linear solve; auto: 1000", 1,
                    1e9});
   visit(o.forcing_rule,
-        OptionInfo{"forcing-rule", "what ends the inner iterations; auto: by method"});
-  visit(o.forcing, OptionInfo{"forcing", "t of the forcing rule; auto: by method", 0, 0.99});
+        OptionInfo{"forcing-rule", "what ends the inner iterations; auto: nash-sofer"});
+  visit(o.forcing, OptionInfo{"forcing", "t of the forcing rule; auto: 0.1", 0, 0.99});
   visit(o.inc.rotation,
         OptionInfo{"inc-rotation", "increment of rotations, radians", 1e-100, 1e100});
   visit(o.inc.translation,

@@ -87,6 +87,7 @@ TEST_P(StepOf, ConvergedPcgIsTheDenseSolution) {
                                .preconditioner = preconditioner,
                                .scaling = scaling(),
                                .max_inner_iterations = 20000,
+                               .forcing_rule = ForcingRule::thesis,
                                .forcing = 1e-12});
       const auto result = fixture.solve(dense.damping);
       ASSERT_TRUE(result.report.solved);
@@ -117,6 +118,7 @@ TEST(PcgStep, ForcingBoundsTheResidualOfTheReducedSystem) {
       StepFixture fixture(at, {.method = Method::tnm,
                                .elimination = Elimination::none,
                                .scaling = scaling,
+                               .forcing_rule = ForcingRule::thesis,
                                .forcing = forcing});
       const auto result = fixture.solve(dense.damping);
       VectorXd inverse = VectorXd::Ones(dense.diagonal.size());
@@ -138,7 +140,10 @@ TEST(PcgStep, ForcingBoundsTheResidualOfTheReducedSystem) {
 TEST(PcgStep, KeepsToTheIterationCap) {
   DenseObjective at(problems()[0], PoseUpdate::local, Lens::free);
   const DenseStep dense(at, DiagonalMatrix::diag_h, 1e-6);
-  StepFixture fixture(at, {.method = Method::tnm, .max_inner_iterations = 3, .forcing = 1e-12});
+  StepFixture fixture(at, {.method = Method::tnm,
+                           .max_inner_iterations = 3,
+                           .forcing_rule = ForcingRule::thesis,
+                           .forcing = 1e-12});
   const auto result = fixture.solve(dense.damping);
   EXPECT_EQ(result.report.inner_iterations, 3);
   EXPECT_GT(dense.decrease(result.step), 0) << "a truncated step is still a descent";

@@ -1,0 +1,74 @@
+// What counts as the best cost of a problem, and how soon a run came near it.
+
+#include <raybundle/tools/bench_results.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace raybundle::tools {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+BenchPlan plan_of(std::size_t problems) {
+  BenchPlan plan;
+  for (std::size_t p = 0; p < problems; ++p) {
+    BenchProblem problem;
+    problem.name = "p" + std::to_string(p);
+    problem.best = infinity;
+    plan.problems.push_back(problem);
+  }
+  return plan;
+}
+
+RunResult run_of(std::size_t problem, const std::vector<double>& costs, bool robust = false) {
+  RunResult run;
+  run.problem = problem;
+  run.robust = robust;
+  for (std::size_t k = 0; k < costs.size(); ++k) {
+    run.trace.push_back({static_cast<int>(k), static_cast<double>(k), costs[k], NAN});
+  }
+  return run;
+}
+
+TEST(BenchResults, TheBestIsTheLeastCostOfAnyRun) {
+  BenchResults results;
+  results.runs = {run_of(0, {1000, 500, 100}), run_of(0, {1000, 80, 60, 50}), run_of(1, {10, 1})};
+  complete(plan_of(2), results);
+  EXPECT_EQ(results.start, (std::vector<double>{1000, 10}));
+  EXPECT_EQ(results.best, (std::vector<double>{50, 1}));
+  // Targets 50 + tau 950: 145, 59.5, 50.95.
+  EXPECT_EQ(results.runs[0].seconds_to, (std::array<double, 3>{2, infinity, infinity}));
+  EXPECT_EQ(results.runs[1].seconds_to, (std::array<double, 3>{1, 3, 3}));
+}
+
+// A loss costs less than the squares: its runs would set a target that nobody else can reach.
+TEST(BenchResults, RunsWithALossDoNotCountBesidePlainOnes) {
+  BenchResults results;
+  results.runs = {run_of(0, {1000, 100}), run_of(0, {40, 7, 3}, true), run_of(1, {40, 3}, true)};
+  complete(plan_of(2), results);
+  EXPECT_EQ(results.start[0], 1000);
+  EXPECT_EQ(results.best[0], 100);
+  EXPECT_EQ(results.runs[0].seconds_to, (std::array<double, 3>{1, 1, 1}));
+  for (const double seconds : results.runs[1].seconds_to) EXPECT_EQ(seconds, infinity);
+  EXPECT_EQ(results.best[1], 3) << "alone they are compared with one another";
+  EXPECT_EQ(results.runs[2].seconds_to, (std::array<double, 3>{1, 1, 1}));
+}
+
+TEST(BenchResults, ACostKnownBeforehandIsTheTargetWhenItIsLess) {
+  BenchResults results;
+  results.runs = {run_of(0, {1000, 100})};
+  BenchPlan plan = plan_of(1);
+  plan.problems[0].best = 20;
+  complete(plan, results);
+  EXPECT_EQ(results.best[0], 20);
+  EXPECT_EQ(results.runs[0].seconds_to, (std::array<double, 3>{1, infinity, infinity}));
+}
+
+}  // namespace
+}  // namespace raybundle::tools
