@@ -81,10 +81,8 @@ double ground(double x, double y, double height) {
   return relief * height * (sine(0.31 * x) + cosine(0.5 * y));
 }
 
-using Track = std::vector<std::pair<std::int32_t, Pixel>>;
-
 /// All that see X, the nearest first.
-Track track_of(const Vec3& X, const Flight& flight, const std::vector<View>& views) {
+Sightings track_of(const Vec3& X, const Flight& flight, const std::vector<View>& views) {
   const double reach_x = 1.5 * flight.half_width, reach_y = 1.5 * flight.half_length;
   const std::int64_t strips = (flight.cameras - 1) / flight.per_strip + 1;
   const auto low = [](double x) { return std::max<std::int64_t>(0, std::llround(x)); };
@@ -107,7 +105,7 @@ Track track_of(const Vec3& X, const Flight& flight, const std::vector<View>& vie
   std::sort(seen.begin(), seen.end(), [](const auto& a, const auto& b) {
     return std::pair(a.first, a.second.first) < std::pair(b.first, b.second.first);
   });
-  Track track;
+  Sightings track;
   for (const auto& each : seen) track.push_back(each.second);
   return track;
 }
@@ -144,12 +142,12 @@ Scene aerial_scene(const AerialOptions& options) {
     const Camera& anchor = views[static_cast<std::size_t>(i % options.cameras)].camera();
     const std::int64_t wanted = plan.exists() ? plan.wanted(i) : 2;
     Vec3 X;
-    Track track;
+    Sightings track;
     for (int attempt = 0; static_cast<std::int64_t>(track.size()) < wanted; ++attempt) {
       if (attempt >= patience && track.size() >= 2) break;
       if (attempt >= hopeless) fail_to_see("aerial scene");
       const Vec3 other = point_below(anchor, flight, random);
-      Track seen = track_of(other, flight, views);
+      Sightings seen = track_of(other, flight, views);
       if (seen.size() < std::max<std::size_t>(2, track.size() + 1)) continue;
       X = other;
       track = std::move(seen);
@@ -158,10 +156,7 @@ Scene aerial_scene(const AerialOptions& options) {
       const auto available = static_cast<std::int64_t>(track.size());
       track.resize(static_cast<std::size_t>(plan.settle(i, available, plan_random)));
     }
-    std::sort(track.begin(), track.end(),
-              [](const auto& a, const auto& b) { return a.first < b.first; });
-    append_point(scene.truth, X);
-    for (const auto& [j, u] : track) append_observation(scene.truth, j, u);
+    append_track(scene.truth, X, std::move(track));
   }
   return scene;
 }

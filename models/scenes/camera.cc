@@ -1,5 +1,6 @@
 #include <raybundle/models/scenes/camera.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 
@@ -35,6 +36,13 @@ void append_observation(Problem& problem, std::int64_t camera, std::int64_t poin
 
 void append_observation(Problem& problem, std::int64_t camera, const Pixel& u) {
   append_observation(problem, camera, problem.point_count() - 1, u.x, u.y);
+}
+
+void append_track(Problem& problem, const Vec3& X, Sightings sightings) {
+  std::sort(sightings.begin(), sightings.end(),
+            [](const auto& a, const auto& b) { return a.first < b.first; });
+  append_point(problem, X);
+  for (const auto& [camera, u] : sightings) append_observation(problem, camera, u);
 }
 
 Camera camera_of(const Problem& problem, std::int64_t index) {

@@ -5,6 +5,8 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 /// What the kinds of scenes share: a camera, what it sees, and how a Problem is filled.
 namespace raybundle::scenes {
@@ -44,6 +46,11 @@ void append_observation(Problem& problem, std::int64_t camera, std::int64_t poin
                         double y);
 /// Of the problem's last point, exactly.
 void append_observation(Problem& problem, std::int64_t camera, const Pixel& u);
+
+/// Who sees a point, and where.
+using Sightings = std::vector<std::pair<std::int32_t, Pixel>>;
+/// A point and its sightings, by camera.
+void append_track(Problem& problem, const Vec3& X, Sightings sightings);
 
 /// Camera `index` of a problem again, and a point.
 Camera camera_of(const Problem& problem, std::int64_t index);

@@ -39,8 +39,6 @@ struct Collection {
   std::vector<Crowd> crowds;  // by sight
 };
 
-using Track = std::vector<std::pair<std::int32_t, Pixel>>;
-
 bool inside(const Pixel& u) {
   return u.depth > 1 && std::abs(u.x) <= 0.5 * image_width && std::abs(u.y) <= 0.5 * image_height;
 }
@@ -130,7 +128,7 @@ bool on_wall(const Vec3& X, std::int64_t sights) {
 /// Adds cameras of the crowd that see X, drawn by weight, until there are `wanted`; where these are
 /// hard to find, the first that come.
 void gather(const Vec3& X, const Collection& collection, std::size_t wanted, Random& random,
-            Track& track) {
+            Sightings& track) {
   const auto sight = static_cast<std::size_t>(std::llround(X.x / sight_width));
   const Crowd& crowd = collection.crowds[std::min(sight, collection.crowds.size() - 1)];
   const auto add = [&](std::int32_t j) {
@@ -189,14 +187,14 @@ Scene photos_scene(const PhotosOptions& options) {
     const View& view = collection.views[static_cast<std::size_t>(anchor)];
     const auto wanted = static_cast<std::size_t>(plan.wanted(i));
     Vec3 X;
-    Track track;
+    Sightings track;
     for (int attempt = 0; track.size() < wanted; ++attempt) {
       if (attempt >= patience && track.size() >= 2) break;
       if (attempt >= hopeless) fail_to_see("photos scene");
       const Vec3 other = point_in(view, random);
       const Pixel u = view.see(other);
       if (!on_wall(other, sights) || !inside(u)) continue;
-      Track seen = {{anchor, u}};
+      Sightings seen = {{anchor, u}};
       gather(other, collection, wanted, random, seen);
       if (seen.size() < std::max<std::size_t>(2, track.size() + 1)) continue;
       X = other;
@@ -204,10 +202,7 @@ Scene photos_scene(const PhotosOptions& options) {
     }
     const auto available = static_cast<std::int64_t>(track.size());
     track.resize(static_cast<std::size_t>(plan.settle(i, available, plan_random)));
-    std::sort(track.begin(), track.end(),
-              [](const auto& a, const auto& b) { return a.first < b.first; });
-    append_point(scene.truth, X);
-    for (const auto& [j, u] : track) append_observation(scene.truth, j, u);
+    append_track(scene.truth, X, std::move(track));
   }
   return scene;
 }

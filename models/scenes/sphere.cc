@@ -37,11 +37,9 @@ struct Spectator {
   double least_cosine;  // between a visible point and the camera, seen from the ball's centre
 };
 
-using Track = std::vector<std::pair<std::int32_t, Pixel>>;
-
 struct Feature {
   Vec3 X;
-  Track track;
+  Sightings track;
 };
 
 Camera draw_camera(double region, Random& random) {
@@ -101,8 +99,8 @@ void sort_by_neighbours(std::vector<Spectator>& spectators) {
   }
 }
 
-Track track_of(const std::vector<Spectator>& spectators, const Vec3& X) {
-  Track track;
+Sightings track_of(const std::vector<Spectator>& spectators, const Vec3& X) {
+  Sightings track;
   for (std::size_t j = 0; j < spectators.size(); ++j) {
     const auto& [view, least_cosine] = spectators[j];
     if (dot(view.camera().centre, X) < least_cosine) continue;
@@ -208,10 +206,7 @@ Scene sphere_scene(const SphereOptions& options) {
   for (const Spectator& spectator : spectators) {
     append_camera(scene.truth, spectator.view.camera());
   }
-  for (const Feature& feature : features) {
-    append_point(scene.truth, feature.X);
-    for (const auto& [j, u] : feature.track) append_observation(scene.truth, j, u);
-  }
+  for (const Feature& feature : features) append_track(scene.truth, feature.X, feature.track);
   return scene;
 }
 

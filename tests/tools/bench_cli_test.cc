@@ -17,15 +17,12 @@ namespace raybundle::tools {
 namespace {
 
 using nlohmann::json;
+using test::contains;
 using test::Process;
 using test::read_text;
 using test::Result;
 using test::run;
-using Words = std::vector<std::string>;
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::Words;
 
 std::size_t count(const std::string& text, const std::string& part) {
   std::size_t found = 0;

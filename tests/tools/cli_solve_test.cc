@@ -27,8 +27,8 @@ using test::read_text;
 using test::Result;
 using test::run;
 using test::TemporaryFolder;
+using test::Words;
 using test::write_text;
-using Words = std::vector<std::string>;
 
 json read_log(const std::string& path) { return json::parse(read_text(path)); }
 

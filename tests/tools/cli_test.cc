@@ -23,17 +23,14 @@
 namespace raybundle::tools {
 namespace {
 
+using test::contains;
 using test::Process;
 using test::read_text;
 using test::Result;
 using test::run;
 using test::TemporaryFolder;
+using test::Words;
 using test::write_text;
-using Words = std::vector<std::string>;
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 /// Where the program shows a table of iterations, it has started to solve.
 bool solved(const Result& result) { return contains(result.errors, "|gradient|"); }

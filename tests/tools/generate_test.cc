@@ -16,15 +16,12 @@
 namespace raybundle::tools {
 namespace {
 
+using test::contains;
 using test::read_text;
 using test::Result;
 using test::run;
 using test::TemporaryFolder;
-using Words = std::vector<std::string>;
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::Words;
 
 class Generate : public testing::Test {
  protected:

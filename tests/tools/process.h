@@ -17,6 +17,12 @@
 
 namespace raybundle::test {
 
+using Words = std::vector<std::string>;
+
+inline bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 /// The program under test as a child process. What it prints goes to files of its own folder.
 class Process {
  public:
