@@ -104,7 +104,7 @@ std::vector<std::string> environment(const ProcessRequest& request) {
   ::dup2(input, STDIN_FILENO);
   ::dup2(output, STDOUT_FILENO);
   ::dup2(output, STDERR_FILENO);
-  if (request.bytes > 0) {
+  if (request.bytes > 0 && limits_memory()) {
     const struct rlimit limit = {request.bytes, request.bytes};
     ::setrlimit(RLIMIT_DATA, &limit);
   }
@@ -159,6 +159,16 @@ std::string read_all(int file) {
 }
 
 }  // namespace
+
+bool limits_memory() {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  return false;
+#elif defined(__has_feature)
+  return !__has_feature(address_sanitizer) && !__has_feature(thread_sanitizer);
+#else
+  return true;
+#endif
+}
 
 ProcessResult run_process(const ProcessRequest& request) {
   std::vector<std::string> words = request.command;

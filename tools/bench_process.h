@@ -14,6 +14,10 @@
 /// Other programs as child processes that are held to limits and measured.
 namespace raybundle::tools {
 
+/// Whether limits of memory can be kept: a sanitizer maps terabytes of shadow that count as data,
+/// and the program started is most often this one.
+bool limits_memory();
+
 struct ProcessRequest {
   std::vector<std::string> command;  ///< the program, as a path, and its arguments
   std::vector<std::pair<std::string, std::string>> environment = {};  ///< in addition to ours
@@ -22,7 +26,8 @@ struct ProcessRequest {
   double grace = 5;                                          ///< ... and after these SIGKILL
   /// Most memory it may have, 0 for no limit: of its data in the sense of RLIMIT_DATA, which since
   /// Linux 4.7 is the heap and every private writable mapping. The address space (RLIMIT_AS) would
-  /// also count mapped input files and what threads reserve and never touch.
+  /// also count mapped input files and what threads reserve and never touch. Without effect where
+  /// limits_memory() is false.
   std::uint64_t bytes = 0;
   const InterruptGuard* interrupt = nullptr;  ///< a signal that it saw ends the child
 };
