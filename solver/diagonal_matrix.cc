@@ -6,9 +6,6 @@
 namespace raybundle {
 namespace {
 
-using linalg::index;
-using linalg::Side;
-
 // Nine numbers in the order of a camera's parameters; fixed lenses use the first six.
 std::array<double, 9> camera_weights(const Increments& inc) {
   const auto weight = [&](double increment) {

@@ -160,11 +160,17 @@ std::string read_all(int file) {
 
 }  // namespace
 
-bool limits_memory() {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  return false;
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)  // GCC
+#define RAYBUNDLE_SANITIZED 1
 #elif defined(__has_feature)
-  return !__has_feature(address_sanitizer) && !__has_feature(thread_sanitizer);
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define RAYBUNDLE_SANITIZED 1
+#endif
+#endif
+
+bool limits_memory() {
+#ifdef RAYBUNDLE_SANITIZED
+  return false;
 #else
   return true;
 #endif

@@ -16,7 +16,6 @@ namespace raybundle::scenes {
 namespace {
 
 using test::hash;
-using test::Hash;
 
 TEST(SceneGeometry, TrigonometryMatchesTheCLibrary) {
   for (double x = -7; x <= 7; x += 0.013) {

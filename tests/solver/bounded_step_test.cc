@@ -35,7 +35,7 @@ VectorXd scaled(const DenseObjective& at, const DenseStep& dense, DiagonalMatrix
   if (scaling == DiagonalMatrix::inc) {
     d = DenseStep::inc_matrix(at.hubs(), at.hub_size(), p.size()).cwiseSqrt();
   }
-  const VectorXd whole = d.cwiseProduct(p);
+  VectorXd whole = d.cwiseProduct(p);
   const Eigen::Index hubs = at.hubs() * at.hub_size();
   if (elimination == Elimination::points) return whole.head(hubs);
   if (elimination == Elimination::cameras) return whole.tail(p.size() - hubs);

@@ -17,7 +17,6 @@ namespace raybundle::tools {
 namespace {
 
 using test::contains;
-using test::read_text;
 using test::Result;
 using test::run;
 using test::TemporaryFolder;
