@@ -6,12 +6,6 @@
 #include <cmath>
 
 namespace raybundle::linalg {
-namespace {
-
-constexpr std::int64_t entry_grain = 16384;
-
-}  // namespace
-
 Pcg::Pcg(std::int64_t size, ThreadPool& pool)
     : size_(size),
       pool_(pool),
@@ -21,13 +15,6 @@ Pcg::Pcg(std::int64_t size, ThreadPool& pool)
       Aa_(index(size)) {}
 
 double Pcg::dot(const double* u, const double* v) const { return linalg::dot(u, v, size_, pool_); }
-
-template <class Update>
-void Pcg::for_entries(Update&& update) {
-  parallel_for(pool_, size_, entry_grain, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t i = first; i < last; ++i) update(index(i));
-  });
-}
 
 // |x + tau a|^2 = aa tau^2 + 2 xa tau + xx along the direction a  [Qu18, Eq. 3.93].
 struct Pcg::Ray {
@@ -52,19 +39,20 @@ Pcg::Ray Pcg::ray(const double* x) const {
 Pcg::Result Pcg::solve(const Operator& A, const Operator& precondition, const double* b,
                        const Stop& stop, double* x) {
   const bool bounded = std::isfinite(stop.radius);
-  for_entries([&](std::size_t i) {
+  const auto each = [&](auto&& update) { for_entries(size_, pool_, update); };
+  each([&](std::size_t i) {
     x[i] = 0;
     r_[i] = -b[i];
   });
   precondition(r_.data(), q_.data());
-  for_entries([&](std::size_t i) { a_[i] = -q_[i]; });
+  each([&](std::size_t i) { a_[i] = -q_[i]; });
   double rq = dot(r_.data(), q_.data());
   double decrease = 0;
   Result result;
   result.residual_norm = std::sqrt(dot(r_.data(), r_.data()));
 
   const auto end_at_boundary = [&](double tau) {
-    for_entries([&](std::size_t i) { x[i] += tau * a_[i]; });
+    each([&](std::size_t i) { x[i] += tau * a_[i]; });
     ++result.iterations;
     result.end = End::boundary;
   };
@@ -89,7 +77,7 @@ Pcg::Result Pcg::solve(const Operator& A, const Operator& precondition, const do
         break;
       }
     }
-    for_entries([&](std::size_t i) {
+    each([&](std::size_t i) {
       x[i] += alpha * a_[i];
       r_[i] += alpha * Aa_[i];
     });
@@ -100,7 +88,7 @@ Pcg::Result Pcg::solve(const Operator& A, const Operator& precondition, const do
     const double next = dot(r_.data(), q_.data());
     const double beta = next / rq;
     rq = next;
-    for_entries([&](std::size_t i) { a_[i] = -q_[i] + beta * a_[i]; });
+    each([&](std::size_t i) { a_[i] = -q_[i] + beta * a_[i]; });
     result.residual_norm = std::sqrt(dot(r_.data(), r_.data()));
     if (result.iterations * gain <= stop.model_decrease * decrease) break;
   }

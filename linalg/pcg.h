@@ -55,8 +55,6 @@ class Pcg {
   struct Ray;
   double dot(const double* u, const double* v) const;
   Ray ray(const double* x) const;
-  template <class Update>
-  void for_entries(Update&& update);
 
   std::int64_t size_;
   ThreadPool& pool_;

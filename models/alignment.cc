@@ -10,6 +10,7 @@
 
 #include <raybundle/models/error.h>
 #include <raybundle/models/rotation.h>
+#include <raybundle/models/statistics.h>
 
 namespace raybundle {
 namespace {
@@ -163,13 +164,6 @@ double root_mean_square(const std::vector<double>& values) {
   if (values.empty()) return 0;
   const Map<const Eigen::VectorXd> x(values.data(), static_cast<Eigen::Index>(values.size()));
   return x.stableNorm() / std::sqrt(static_cast<double>(values.size()));
-}
-
-double upper_median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::vector<double> camera_centres(const Problem& problem) {

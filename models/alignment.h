@@ -31,9 +31,8 @@ Similarity align(const std::vector<double>& from, const std::vector<double>& to)
 std::vector<double> distances(const Similarity& S, const std::vector<double>& from,
                               const std::vector<double>& to);
 
-/// Root of the mean square, and the (upper) median; 0 of nothing.
+/// Root of the mean square; 0 of nothing.
 double root_mean_square(const std::vector<double>& values);
-double upper_median(std::vector<double> values);
 
 /// Camera centres P = -R_cw^T t_cw, three coordinates per camera.
 std::vector<double> camera_centres(const Problem& problem);

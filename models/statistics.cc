@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -132,6 +133,13 @@ ReprojectionBreakdown reprojection_breakdown(const Problem& problem) {
   return result;
 }
 
+double upper_median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 double median_residual(const Problem& problem) {
   const Reprojection reprojection(problem);
   std::vector<double> squares(index(problem.observation_count()));
@@ -140,10 +148,7 @@ double median_residual(const Problem& problem) {
     const double squared = reprojection.squared_residual(k, unused);
     squares[index(k)] = std::isnan(squared) ? std::numeric_limits<double>::infinity() : squared;
   }
-  if (squares.empty()) return 0;
-  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-  std::nth_element(squares.begin(), middle, squares.end());
-  return std::sqrt(*middle);
+  return std::sqrt(upper_median(std::move(squares)));
 }
 
 }  // namespace raybundle

@@ -36,7 +36,10 @@ struct ReprojectionBreakdown {
 /// Of a valid problem, in one pass over the observations.
 ReprojectionBreakdown reprojection_breakdown(const Problem& problem);
 
-/// The (upper) median of |u - observed|, pixels; what cannot be projected counts as infinite. 0 of
+/// The value that half of them are not above, the upper one of two; 0 of nothing.
+double upper_median(std::vector<double> values);
+
+/// The upper median of |u - observed|, pixels; what cannot be projected counts as infinite. 0 of
 /// no observations.
 double median_residual(const Problem& problem);
 

@@ -1,8 +1,9 @@
 #include <raybundle/solver/block_region.h>
 
+#include <raybundle/models/statistics.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 
 namespace raybundle {
 namespace {
@@ -59,9 +60,7 @@ void BlockRegion::measure(const StepRequest& request, const double* step, StepRe
     report.block_length = *std::max_element(lengths_.begin(), lengths_.end());
     report.block_on_boundary = report.block_length > 0.5 * *request.block_radius;
   } else {
-    const auto middle = lengths_.begin() + static_cast<std::ptrdiff_t>(lengths_.size() / 2);
-    std::nth_element(lengths_.begin(), middle, lengths_.end());
-    report.block_length = 10 * *middle;
+    report.block_length = 10 * upper_median(lengths_);
   }
 }
 

@@ -1,6 +1,6 @@
 #include <raybundle/solver/options.h>
 
-#include <raybundle/models/increments.h>
+#include <raybundle/solver/diagonal_matrix.h>
 #include <raybundle/solver/methods.h>
 #include <raybundle/solver/option_table.h>
 
@@ -115,14 +115,9 @@ void refuse_unused_parameters(const Options& effective, const Options& o) {
 
 void fill_increments(Options& o) {
   if (o.scaling != DiagonalMatrix::inc && o.damping_matrix != DiagonalMatrix::inc) return;
-  const Increments inc;
-  o.inc.rotation = o.inc.rotation.value_or(inc.rotation);
-  o.inc.translation = o.inc.translation.value_or(inc.translation);
-  o.inc.point = o.inc.point.value_or(inc.point);
-  if (o.lens == Lens::fixed) return;
-  o.inc.focal = o.inc.focal.value_or(inc.focal);
-  o.inc.k1 = o.inc.k1.value_or(inc.k1);
-  o.inc.k2 = o.inc.k2.value_or(inc.k2);
+  const Increments inc = increments(o);
+  o.inc = {inc.rotation, inc.translation, inc.focal, inc.k1, inc.k2, inc.point};
+  if (o.lens == Lens::fixed) o.inc.focal = o.inc.k1 = o.inc.k2 = std::nullopt;
 }
 
 void check_order(const Options& effective) {

@@ -31,7 +31,7 @@ struct StepReport {
   bool block_on_boundary = false;  ///< the block radius mattered
   double block_length = 0;         ///< what it may be after this step; 0 where there is none
   Elimination eliminated = Elimination::points;
-  double condition_cameras = std::numeric_limits<double>::quiet_NaN();  ///< of the damped B, and
+  double condition_cameras = std::numeric_limits<double>::quiet_NaN();  ///< worst block of B, and
   double condition_points = std::numeric_limits<double>::quiet_NaN();   ///< C; adinm only
 };
 

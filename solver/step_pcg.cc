@@ -13,7 +13,6 @@ namespace {
 using linalg::index;
 
 constexpr double least_forcing = 1e-12;
-constexpr std::int64_t entry_grain = 16384;
 
 // The inexact step of [Qu18, Alg. 4, 7]: conjugate gradients, within a trust region or not, on the
 // (reduced) system, whose matrix is never formed. In the scaled unknowns x~ = D x the matrix is
@@ -111,22 +110,15 @@ class PcgStep final : public StepSolver {
 
   void apply(const double* x, double* y) {
     if (inverse_ == nullptr) return system_->apply(x, y);
-    for_entries([&](std::int64_t i) { scaled_[index(i)] = x[i] * inverse_[i]; });
+    linalg::for_entries(system_->size(), pool_,
+                        [&](std::size_t i) { scaled_[i] = x[i] * inverse_[i]; });
     system_->apply(scaled_.data(), y);
     scale(y);
   }
 
   void scale(double* x) const {
     if (inverse_ == nullptr) return;
-    for_entries([&](std::int64_t i) { x[i] *= inverse_[i]; });
-  }
-
-  template <class Update>
-  void for_entries(Update&& update) const {
-    linalg::parallel_for(pool_, system_->size(), entry_grain,
-                         [&](std::int64_t first, std::int64_t last) {
-                           for (std::int64_t i = first; i < last; ++i) update(i);
-                         });
+    linalg::for_entries(system_->size(), pool_, [&](std::size_t i) { x[i] *= inverse_[i]; });
   }
 
   Elimination elimination_;

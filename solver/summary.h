@@ -46,8 +46,8 @@ struct IterationRecord {
   int inner_iterations = 0;
   bool inner_capped = false;  ///< the inner iterations were at their limit
   Elimination eliminated = Elimination::none;
-  double condition_cameras = 0;  ///< of the damped block diagonal B; NaN where nobody asks for it
-  double condition_points = 0;   ///< of the damped block diagonal C; NaN likewise
+  double condition_cameras = 0;  ///< worst of a damped block of B; NaN where nobody asks for it
+  double condition_points = 0;   ///< worst of a damped block of C; NaN likewise
   double loss_scale = 0;         ///< pixels, of "cost"; 0 where there is no loss
   double seconds = 0;            ///< since the start of the solve
 };

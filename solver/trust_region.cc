@@ -69,10 +69,10 @@ TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::Thread
       step_(index(objective.layout().unknowns())),
       J_step_(index(objective.layout().residuals())),
       increments_(increments(options)),
-      forcing_(options.forcing_rule.value_or(ForcingRule::thesis), options.forcing.value_or(0)),
       loss_(options),
       convergence_(options, objective.layout().residuals()) {
   summary_.options = options;
+  if (options.forcing) forcing_.emplace(*options.forcing_rule, *options.forcing);
   start_globalisation();
 }
 
@@ -140,8 +140,8 @@ void TrustRegion::compute_step() {
   StepRequest request = {
       .at = {&J_, &normal_, residual_.data()},
       .damping = damping_diagonal_.data(),
-      .inverse_scaling = inverse_scaling_.empty() ? nullptr : inverse_scaling_.data(),
-      .tolerance = forcing_.tolerance()};
+      .inverse_scaling = inverse_scaling_.empty() ? nullptr : inverse_scaling_.data()};
+  if (forcing_) request.tolerance = forcing_->tolerance();
   if (radius_) request.radius = radius_->radius();
   if (block_radius_) request.block_radius = block_radius_->radius();
   report_ = steps_.solve(request, step_.data());
@@ -159,9 +159,8 @@ void TrustRegion::compute_step() {
 void TrustRegion::fill_damping() {
   if (!damping_) return;  // and the diagonal stays 0
   const double mu = damping_->mu();
-  for (std::size_t i = 0; i < damping_diagonal_.size(); ++i) {
-    damping_diagonal_[i] = mu * damping_matrix_[i];
-  }
+  linalg::for_entries(static_cast<std::int64_t>(damping_diagonal_.size()), pool_,
+                      [&](std::size_t i) { damping_diagonal_[i] = mu * damping_matrix_[i]; });
 }
 
 bool TrustRegion::step_is_finite() const {
@@ -225,7 +224,15 @@ void TrustRegion::linearize() {
   record_.cost = cost_;
   record_.gradient_norm = std::sqrt(linalg::dot(g, g, unknowns, pool_));
   record_.gradient_max = largest_magnitude(normal_.gradient);
-  forcing_.linearized(record_.gradient_norm);
+  if (forcing_) forcing_->linearized(record_.gradient_norm);
+  promise_ = free_promise();
+}
+
+// 1/2 g^T diag(H)^-1 g / lambda, where lambda bounds the largest eigenvalue of H scaled to a unit
+// diagonal: a row has so many unknowns that are not zero (Cauchy-Schwarz).
+double TrustRegion::free_promise() const {
+  const linalg::BlockLayout& layout = objective_.layout();
+  return 0.5 * normal_.scaled_gradient_squares() / (layout.hub_size + layout.leaf_size);
 }
 
 // Only diag(H) changes from one linearisation to the next.
@@ -263,15 +270,12 @@ void TrustRegion::end_iteration() {
   }
 }
 
-// The promise is 1/2 g^T diag(H)^-1 g / lambda, where lambda bounds the largest eigenvalue of H
-// scaled to a unit diagonal: a row has so many unknowns that are not zero (Cauchy-Schwarz).
 Convergence::Situation TrustRegion::situation() const {
   Convergence::Situation result;
   result.previous_cost = previous_cost_;
   if (damping_) result.next_damping = damping_->mu();
   if (radius_) result.next_radius = radius_->radius();
-  const linalg::BlockLayout& layout = objective_.layout();
-  result.promise = 0.5 * normal_.scaled_gradient_squares() / (layout.hub_size + layout.leaf_size);
+  result.promise = promise_;
   return result;
 }
 

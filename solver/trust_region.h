@@ -47,6 +47,7 @@ class TrustRegion {
   void fill_damping();
   void fill_matrices();
   bool step_is_finite() const;
+  double free_promise() const;
   double seconds() const;
 
   Objective& objective_;
@@ -70,11 +71,12 @@ class TrustRegion {
   std::optional<TrustRadius> radius_;        // two decides what it is
   std::optional<TrustRadius> block_radius_;  // of eliminated blocks that no damping holds
   Increments increments_;
-  Forcing forcing_;
+  std::optional<Forcing> forcing_;
   LossSchedule loss_;
   Convergence convergence_;
   double cost_ = 0;
   double previous_cost_ = 0;  // before the current iteration
+  double promise_ = 0;        // of the model without damping and region, at least
   StepReport report_;         // of the last step
   bool step_valid_ = false;
   bool stopped_ = false;

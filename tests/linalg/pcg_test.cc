@@ -17,6 +17,7 @@
 
 #include <raybundle/linalg/preconditioner.h>
 #include <raybundle/tests/support/block_system.h>
+#include <raybundle/tests/support/dense_pcg.h>
 
 namespace raybundle::linalg {
 namespace {
@@ -24,43 +25,21 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using test::BlockSystem;
+using test::random_matrix;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  return MatrixXd::NullaryExpr(rows, columns, [&] { return test::uniform(random); });
-}
 
 MatrixXd random_spd(Eigen::Index n, std::uint64_t seed) {
   const MatrixXd B = random_matrix(n + 3, n, seed);
   return B.transpose() * B + 0.05 * MatrixXd::Identity(n, n);
 }
 
-struct Solved {
-  Pcg::Result result;
-  VectorXd x;
-};
-
-// With the preconditioner N^-1 given as a matrix.
-Solved solve(const MatrixXd& A, const VectorXd& b, const Pcg::Stop& stop,
-             const MatrixXd& N_inverse) {
-  const Eigen::Index n = b.size();
-  ThreadPool pool(2);
-  Pcg pcg(n, pool);
-  Solved solved{{}, VectorXd::Constant(n, 1e300)};
-  const auto product = [n](const MatrixXd& M) {
-    return [&M, n](const double* x, double* y) {
-      Eigen::Map<VectorXd>(y, n) = M * Eigen::Map<const VectorXd>(x, n);
-    };
-  };
-  solved.result = pcg.solve(product(A), product(N_inverse), b.data(), stop, solved.x.data());
-  return solved;
-}
+using Solved = test::PcgSolution;
 
 Solved solve(const MatrixXd& A, const VectorXd& b, double tolerance, int max_iterations,
              const MatrixXd& N_inverse) {
-  return solve(A, b, {.residual = tolerance, .max_iterations = max_iterations}, N_inverse);
+  return test::solve_dense(A, b, {.residual = tolerance, .max_iterations = max_iterations},
+                           N_inverse);
 }
 
 Solved solve(const MatrixXd& A, const VectorXd& b, double tolerance, int max_iterations) {

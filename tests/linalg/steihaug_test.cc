@@ -6,24 +6,19 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <random>
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 
-#include <raybundle/tests/support/random_problem.h>
+#include <raybundle/tests/support/dense_pcg.h>
 
 namespace raybundle::linalg {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  return MatrixXd::NullaryExpr(rows, columns, [&] { return test::uniform(random); });
-}
+using test::random_matrix;
 
 // The quadratic of a random region problem.
 struct Region {
@@ -56,29 +51,13 @@ struct Region {
   VectorXd b;
 };
 
-struct Solved {
-  Pcg::Result result;
-  VectorXd x;
-};
+using Solved = test::PcgSolution;
 
 Solved solve(const Region& region, const Pcg::Stop& stop, const MatrixXd& N_inverse) {
-  const Eigen::Index n = region.b.size();
-  ThreadPool pool(2);
-  Pcg pcg(n, pool);
-  Solved solved{{}, VectorXd::Constant(n, 1e300)};
-  const auto product = [n](const MatrixXd& M) {
-    return [&M, n](const double* x, double* y) {
-      Eigen::Map<VectorXd>(y, n) = M * Eigen::Map<const VectorXd>(x, n);
-    };
-  };
-  solved.result =
-      pcg.solve(product(region.A), product(N_inverse), region.b.data(), stop, solved.x.data());
-  return solved;
+  return test::solve_dense(region.A, region.b, stop, N_inverse);
 }
-
 Solved solve(const Region& region, const Pcg::Stop& stop) {
-  const Eigen::Index n = region.b.size();
-  return solve(region, stop, MatrixXd::Identity(n, n));
+  return test::solve_dense(region.A, region.b, stop);
 }
 
 // A convex quadratic: at least half the best decrease within the region [Yuan00, Thm. 2.3].

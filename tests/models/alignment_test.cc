@@ -11,6 +11,7 @@
 
 #include <raybundle/models/error.h>
 #include <raybundle/models/rotation.h>
+#include <raybundle/models/statistics.h>
 #include <raybundle/tests/support/random_problem.h>
 #include <raybundle/tests/support/small_problem.h>
 
