@@ -140,18 +140,11 @@ Scene aerial_scene(const AerialOptions& options) {
   for (const View& view : views) append_camera(scene.truth, view.camera());
   for (std::int64_t i = 0; i < options.points; ++i) {
     const Camera& anchor = views[static_cast<std::size_t>(i % options.cameras)].camera();
-    const std::int64_t wanted = plan.exists() ? plan.wanted(i) : 2;
-    Vec3 X;
-    Sightings track;
-    for (int attempt = 0; static_cast<std::int64_t>(track.size()) < wanted; ++attempt) {
-      if (attempt >= patience && track.size() >= 2) break;
-      if (attempt >= hopeless) fail_to_see("aerial scene");
-      const Vec3 other = point_below(anchor, flight, random);
-      Sightings seen = track_of(other, flight, views);
-      if (seen.size() < std::max<std::size_t>(2, track.size() + 1)) continue;
-      X = other;
-      track = std::move(seen);
-    }
+    const std::int64_t wanted = plan.exists() ? plan.wanted(i) : 0;
+    auto [X, track] = draw_until_seen("aerial scene", wanted, patience, [&] {
+      const Vec3 below = point_below(anchor, flight, random);
+      return SeenFeature{below, track_of(below, flight, views)};
+    });
     if (plan.exists()) {
       const auto available = static_cast<std::int64_t>(track.size());
       track.resize(static_cast<std::size_t>(plan.settle(i, available, plan_random)));

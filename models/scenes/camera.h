@@ -3,6 +3,7 @@
 #include <raybundle/models/problem.h>
 #include <raybundle/models/scenes/geometry.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -67,5 +68,28 @@ inline constexpr int hopeless = 100000;
 /// Observations asked for: 0, or from two per point to one per camera and point.
 void check_observations(const std::string& source, std::int64_t observations, std::int64_t cameras,
                         std::int64_t points);
+
+/// A feature and who sees it.
+struct SeenFeature {
+  Vec3 X;
+  Sightings sightings;
+};
+
+/// The first of draw()'s features that `wanted` cameras see, at least two; after `patience` draws
+/// the one that most see. Throws InputError naming `scene` when nothing is ever seen twice.
+template <class Draw>
+SeenFeature draw_until_seen(const std::string& scene, std::int64_t wanted, int patience,
+                            Draw&& draw) {
+  SeenFeature best;
+  const auto enough = static_cast<std::size_t>(std::max<std::int64_t>(2, wanted));
+  for (int attempt = 0; best.sightings.size() < enough; ++attempt) {
+    if (attempt >= patience && best.sightings.size() >= 2) break;
+    if (attempt >= hopeless) fail_to_see(scene);
+    SeenFeature other = draw();
+    if (other.sightings.size() < std::max<std::size_t>(2, best.sightings.size() + 1)) continue;
+    best = std::move(other);
+  }
+  return best;
+}
 
 }  // namespace raybundle::scenes

@@ -185,21 +185,16 @@ Scene photos_scene(const PhotosOptions& options) {
   for (std::int64_t i = 0; i < points; ++i) {
     const auto anchor = static_cast<std::int32_t>(i % cameras);
     const View& view = collection.views[static_cast<std::size_t>(anchor)];
-    const auto wanted = static_cast<std::size_t>(plan.wanted(i));
-    Vec3 X;
-    Sightings track;
-    for (int attempt = 0; track.size() < wanted; ++attempt) {
-      if (attempt >= patience && track.size() >= 2) break;
-      if (attempt >= hopeless) fail_to_see("photos scene");
-      const Vec3 other = point_in(view, random);
-      const Pixel u = view.see(other);
-      if (!on_wall(other, sights) || !inside(u)) continue;
-      Sightings seen = {{anchor, u}};
-      gather(other, collection, wanted, random, seen);
-      if (seen.size() < std::max<std::size_t>(2, track.size() + 1)) continue;
-      X = other;
-      track = std::move(seen);
-    }
+    const std::int64_t wanted = plan.wanted(i);
+    auto [X, track] = draw_until_seen("photos scene", wanted, patience, [&] {
+      const Vec3 inside_view = point_in(view, random);
+      const Pixel u = view.see(inside_view);
+      SeenFeature seen = {inside_view, {}};
+      if (!on_wall(inside_view, sights) || !inside(u)) return seen;
+      seen.sightings = {{anchor, u}};
+      gather(inside_view, collection, static_cast<std::size_t>(wanted), random, seen.sightings);
+      return seen;
+    });
     const auto available = static_cast<std::int64_t>(track.size());
     track.resize(static_cast<std::size_t>(plan.settle(i, available, plan_random)));
     append_track(scene.truth, X, std::move(track));
