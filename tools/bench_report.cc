@@ -28,9 +28,10 @@ void visit_columns(const BenchPlan& plan, const RunResult& run, auto&& visit) {
   visit("iterations", run.iterations);
   visit("inner_iterations", run.inner_iterations);
   visit("seconds", run.seconds);
-  visit("seconds_to_1e-1", run.seconds_to[0]);
-  visit("seconds_to_1e-2", run.seconds_to[1]);
-  visit("seconds_to_1e-3", run.seconds_to[2]);
+  for (std::size_t i = 0; i < accuracies.size(); ++i) {
+    const int decade = static_cast<int>(std::lround(-std::log10(accuracies[i])));
+    visit(format("seconds_to_1e-%d", decade).c_str(), run.seconds_to[i]);
+  }
   visit("peak_bytes", run.peak_bytes);
   visit("camera_rmse", run.camera_rmse);
   visit("point_rmse", run.point_rmse);
@@ -69,8 +70,8 @@ std::string problem_table(const BenchPlan& plan, const BenchResults& results,
       ", best " + cell(results.best[problem], "%.10g") +
       ".\n\n"
       "| variant | status | final cost | over best | gradient | iterations | inner | "
-      "s | s to 1e-1 | s to 1e-2 | s to 1e-3 | peak MB | camera RMSE | point RMSE |\n"
-      "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
+      "s | s to 1e-1 | s to 1e-2 | s to 1e-3 | s to 1e-5 | peak MB | camera RMSE | point RMSE |\n"
+      "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
   for (const MedianResult& each : medians) {
     if (each.problem != problem) continue;
     text += "| " + plan.variants[each.variant].name + " | " + each.status + " | " +

@@ -175,7 +175,8 @@ std::int64_t longest_track(const Collection& collection) {
 }  // namespace
 
 Scene photos_scene(const PhotosOptions& options) {
-  const auto [seed, cameras, points, observations, sights] = completed(options);
+  const auto [seed, cameras, points, observations, sight_count] = completed(options);
+  const std::int64_t sights = sight_count;  // a binding is not to be captured
   Random camera_random(seed, 1), random(seed, 2), plan_random(seed, 3);
   const Collection collection = collect(cameras, sights, camera_random);
   TrackPlan plan(points, observations, longest_track(collection), plan_random);
