@@ -13,13 +13,17 @@ struct BlockJacobian {
   explicit BlockJacobian(const BlockLayout& block_layout);
 
   const BlockLayout* layout;        ///< outlives this
-  std::vector<double> hub_blocks;   ///< rows x (row_size x hub_size), row-major
+  std::vector<double> hub_blocks;   ///< parts x (row_size x hub_size), row-major
   std::vector<double> leaf_blocks;  ///< rows x (row_size x leaf_size), row-major
 
   const double* blocks(Side side) const {
     return side == Side::hubs ? hub_blocks.data() : leaf_blocks.data();
   }
 };
+
+/// The kernels for a layout.
+const BlockKernels& block_kernels(const BlockLayout& layout);
+const EliminationKernels& elimination_kernels(const BlockLayout& layout, Side eliminated);
 
 /// The couplings of one side in the form kernels take.
 SideView side_view(const BlockLayout& layout, Side side);

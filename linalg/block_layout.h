@@ -7,8 +7,11 @@
 ///   row       a few residuals that belong together (one observation)
 ///   leaf      a small block of unknowns; its rows are stored together (a point)
 ///   hub       a block of unknowns that many leaves share (a camera)
+///   part      what a row has of a hub: a block of the Jacobian. A row has one part, or several (a
+///             point that is anchored in other cameras than the one that sees it)
 ///   coupling  a (leaf, hub) pair that shares at least one row; it has one block of E
-/// The normal equations are H = [B E; E^T C] with B the hubs and C the leaves [Qu18, Eq. 3.45].
+/// The normal equations are H = [B E; E^T C] with B the hubs and C the leaves [Qu18, Eq. 3.45]. C
+/// is block diagonal; so is B, unless rows have several parts.
 /// Vectors of unknowns hold all hubs, then all leaves.
 namespace raybundle::linalg {
 
@@ -27,6 +30,16 @@ struct Incidence {
   std::vector<std::int32_t> block;     ///< of a coupling
 };
 
+/// The parts of rows that have several. Parts are numbered row by row, within a row by hub.
+struct RowParts {
+  std::vector<std::int64_t> leaf_rows;  ///< rows of leaf l: [l] .. [l + 1]
+  std::vector<std::int64_t> row_parts;  ///< parts of row r: [r] .. [r + 1]
+  std::vector<std::int64_t> row;        ///< of a part
+  std::vector<std::int32_t> hub;        ///< of a part
+  std::vector<std::int64_t> coupling_begin;  ///< parts of coupling c: list[[c]] .. list[[c + 1]]
+  std::vector<std::int64_t> list;
+};
+
 /// Sizes and sparsity of a block-sparse Jacobian; built once per problem.
 struct BlockLayout {
   int row_size = 0;   ///< residuals per row
@@ -37,7 +50,9 @@ struct BlockLayout {
   std::int64_t leaves = 0;
   std::int64_t couplings = 0;
 
-  std::vector<std::int64_t> coupling_rows;  ///< rows of coupling c: [c] .. [c + 1]; empty: row c
+  /// Rows of coupling c: [c] .. [c + 1]; empty: row c. Not used when rows have several parts.
+  std::vector<std::int64_t> coupling_rows;
+  RowParts parts;  ///< empty while part p is all of row p
   Incidence hub_side;
   Incidence leaf_side;
 
@@ -48,6 +63,8 @@ struct BlockLayout {
   std::int64_t offset(Side side) const { return side == Side::hubs ? 0 : size(Side::hubs); }
   std::int64_t unknowns() const { return size(Side::hubs) + size(Side::leaves); }
   std::int64_t residuals() const { return rows * row_size; }
+  bool several_parts() const { return !parts.row_parts.empty(); }
+  std::int64_t part_count() const { return several_parts() ? parts.row_parts.back() : rows; }
 };
 
 /// Sizes of the three kinds of block.
@@ -62,5 +79,11 @@ struct BlockSizes {
 BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves,
                         const std::vector<std::int32_t>& row_leaf,
                         const std::vector<std::int32_t>& row_hub);
+
+/// The same for rows of several parts, or of none: row r has hubs part_hub[row_parts[r]] ..
+/// part_hub[row_parts[r + 1]], ascending and distinct. Rows must be sorted by leaf.
+BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves,
+                        const std::vector<std::int32_t>& row_leaf,
+                        std::vector<std::int64_t> row_parts, std::vector<std::int32_t> part_hub);
 
 }  // namespace raybundle::linalg

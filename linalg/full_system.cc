@@ -23,6 +23,26 @@ void FullSystem::apply(const double* x, double* y) {
 
 void FullSystem::expand(const double* x, double* step) { std::copy_n(x, size(), step); }
 
+// The hubs after a that have parts of the same rows.
+std::vector<std::int32_t> FullSystem::hub_neighbours(std::int64_t a) const {
+  std::vector<std::int32_t> found;
+  if (!layout_.several_parts()) return found;
+  const RowParts& parts = layout_.parts;
+  const Incidence& hubs = layout_.hub_side;
+  for (std::int64_t p = hubs.begin[index(a)]; p < hubs.begin[index(a + 1)]; ++p) {
+    const std::int64_t c = hubs.list[index(p)];
+    for (std::int64_t k = parts.coupling_begin[index(c)]; k < parts.coupling_begin[index(c + 1)];
+         ++k) {
+      const std::int64_t part = parts.list[index(k)];
+      const std::int64_t end = parts.row_parts[index(parts.row[index(part)]) + 1];
+      found.insert(found.end(), parts.hub.begin() + part + 1, parts.hub.begin() + end);
+    }
+  }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
 SymmetricPattern FullSystem::pattern() const {
   SymmetricPattern pattern;
   for (std::int64_t a = 0; a < layout_.hubs; ++a) pattern.offset.push_back(a * layout_.hub_size);
@@ -33,6 +53,8 @@ SymmetricPattern FullSystem::pattern() const {
   pattern.row_begin.push_back(0);
   for (std::int64_t a = 0; a < layout_.hubs; ++a) {
     pattern.column.push_back(static_cast<std::int32_t>(a));
+    const std::vector<std::int32_t> others = hub_neighbours(a);
+    pattern.column.insert(pattern.column.end(), others.begin(), others.end());
     for (std::int64_t p = hubs.begin[index(a)]; p < hubs.begin[index(a + 1)]; ++p) {
       const std::int32_t leaf = layout_.leaf_side.block[index(hubs.list[index(p)])];
       pattern.column.push_back(static_cast<std::int32_t>(layout_.hubs) + leaf);
@@ -61,21 +83,41 @@ void FullSystem::write_diagonal(SymmetricBlocks& A, Side side) const {
   }
 }
 
-void FullSystem::write_couplings(SymmetricBlocks& A) const {
+EliminationView FullSystem::view() const {
   EliminationView view = {};
   view.kept = side_view(layout_, Side::hubs);
   view.J_kept = at_.J->blocks(Side::hubs);
   view.J_eliminated = at_.J->blocks(Side::leaves);
-  const auto& kernels = elimination_kernels(layout_.row_size, layout_.hub_size, layout_.leaf_size);
+  return view;
+}
+
+void FullSystem::write_couplings(SymmetricBlocks& A) const {
+  const EliminationKernels& kernels = elimination_kernels(layout_, Side::leaves);
   const Incidence& hubs = layout_.hub_side;
   for_blocks(layout_, Side::hubs, pool_, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t a = first; a < last; ++a) {
-      std::int64_t block = A.pattern().row_begin[index(a)] + 1;  // after the diagonal
+      const std::int64_t couplings = hubs.begin[index(a + 1)] - hubs.begin[index(a)];
+      std::int64_t block = A.pattern().row_begin[index(a + 1)] - couplings;  // the last of the row
       for (std::int64_t p = hubs.begin[index(a)]; p < hubs.begin[index(a + 1)]; ++p, ++block) {
-        kernels.coupling(view, hubs.list[index(p)], A.row(a) + A.block_shift(block), A.stride(a));
+        kernels.coupling(view(), hubs.list[index(p)], A.row(a) + A.block_shift(block), A.stride(a));
       }
     }
   });
+}
+
+void FullSystem::add_hub_products(SymmetricBlocks& A) const {
+  const EliminationKernels& kernels = elimination_kernels(layout_, Side::leaves);
+  if (kernels.add_products == nullptr) return;
+  const SymmetricPattern& pattern = A.pattern();
+  std::vector<std::int32_t> slot(index(layout_.hubs));
+  for (std::int64_t a = 0; a < layout_.hubs; ++a) {
+    for (std::int64_t p = pattern.row_begin[index(a)]; p < pattern.row_begin[index(a + 1)]; ++p) {
+      const std::int32_t b = pattern.column[index(p)];
+      if (b >= layout_.hubs) break;
+      slot[index(b)] = static_cast<std::int32_t>(A.block_shift(p) / layout_.hub_size);
+    }
+    kernels.add_products(view(), a, {A.row(a), A.stride(a), slot.data()});
+  }
 }
 
 void FullSystem::assemble(SymmetricBlocks& A, double* v) {
@@ -83,6 +125,7 @@ void FullSystem::assemble(SymmetricBlocks& A, double* v) {
   write_diagonal(A, Side::hubs);
   write_diagonal(A, Side::leaves);
   write_couplings(A);
+  add_hub_products(A);
 }
 
 void FullSystem::diagonal_blocks(Blocks /*which: nothing is eliminated*/, DiagonalBlocks& out) {

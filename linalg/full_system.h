@@ -20,8 +20,11 @@ class FullSystem final : public ReducedSystem {
   void diagonal_blocks(Blocks which, DiagonalBlocks& out) override;
 
  private:
+  EliminationView view() const;
+  std::vector<std::int32_t> hub_neighbours(std::int64_t a) const;
   void write_diagonal(SymmetricBlocks& A, Side side) const;
   void write_couplings(SymmetricBlocks& A) const;
+  void add_hub_products(SymmetricBlocks& A) const;
 
   const BlockLayout& layout_;
   ThreadPool& pool_;

@@ -11,7 +11,7 @@ NormalEquations::NormalEquations(const BlockLayout& block_layout)
       gradient(index(layout->unknowns())) {}
 
 void NormalEquations::form(const BlockJacobian& J, const double* r, ThreadPool& pool) {
-  const auto& kernels = block_kernels(layout->row_size, layout->hub_size, layout->leaf_size);
+  const BlockKernels& kernels = block_kernels(*layout);
   for (const Side side : {Side::leaves, Side::hubs}) {
     const SideView view = side_view(*layout, side);
     const bool hubs = side == Side::hubs;

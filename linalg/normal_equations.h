@@ -7,11 +7,11 @@
 namespace raybundle::linalg {
 
 /// The gradient and the diagonal blocks of H = J^T J [Qu18, Eq. 3.42-3.47]. E is left in the
-/// Jacobian.
+/// Jacobian, and so is what B has beside its diagonal where rows have several parts.
 struct NormalEquations {
   explicit NormalEquations(const BlockLayout& layout);
 
-  /// g = J^T r, B = J_hub^T J_hub, C = J_leaf^T J_leaf.
+  /// g = J^T r, and the diagonal blocks of J_hub^T J_hub and of J_leaf^T J_leaf.
   void form(const BlockJacobian& J, const double* r, ThreadPool& pool);
 
   const double* blocks(Side side) const { return side == Side::hubs ? B.data() : C.data(); }

@@ -15,20 +15,24 @@ SchurComplement::SchurComplement(const BlockLayout& layout, Side eliminated, Thr
       pool_(pool),
       kept_(opposite(eliminated)),
       eliminated_(eliminated),
-      kernels_(elimination_kernels(layout.row_size, layout.block_size(kept_),
-                                   layout.block_size(eliminated_))),
+      kernels_(elimination_kernels(layout, eliminated)),
       M_(index(layout.size(eliminated) * layout.block_size(eliminated))),
       U_(index(layout.residuals() * layout.block_size(eliminated))),
-      y_(index(layout.size(eliminated))) {}
+      y_(index(layout.size(eliminated))) {
+  if (layout.several_parts()) {
+    W_.resize(index(layout.couplings * layout.hub_size * layout.leaf_size));
+  }
+}
 
-EliminationView SchurComplement::view() const {
+EliminationView SchurComplement::view() {
   return {side_view(layout_, kept_),
           side_view(layout_, eliminated_),
           at_.J->blocks(kept_),
           at_.J->blocks(eliminated_),
           M_.data(),
           U_.data(),
-          y_.data()};
+          y_.data(),
+          W_.data()};
 }
 
 void SchurComplement::prepare(const Linearization& at, const double* damping) {
@@ -72,7 +76,7 @@ void SchurComplement::factor_deficient(const std::vector<std::int64_t>& blocks) 
 void SchurComplement::transform() {
   const double* g = at_.normal->gradient.data() + layout_.offset(eliminated_);
   for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
-    kernels_.transform(view(), g, first, last, U_.data(), y_.data());
+    kernels_.transform(view(), g, first, last);
   });
 }
 
@@ -167,7 +171,7 @@ SymmetricPattern SchurComplement::pattern() const {
   return pattern;
 }
 
-// Block row a before anything is subtracted: H_aa + D_a, and v_a = g_a.
+// Block row a of its own: H_aa + D_a, and v_a = g_a.
 void SchurComplement::start_row(SymmetricBlocks& A, std::int64_t a, double* v) const {
   const int size = layout_.block_size(kept_);
   const double* H = at_.normal->blocks(kept_) + a * size * size;
@@ -194,8 +198,10 @@ void SchurComplement::assemble(SymmetricBlocks& A, double* v) {
         slot[pattern.column[index(p)]] =
             static_cast<std::int32_t>(A.block_shift(p) / layout_.block_size(kept_));
       }
+      const BlockRowView row = {A.row(a), A.stride(a), slot};
       start_row(A, a, v);
-      kernels_.subtract_products(view(), a, {A.row(a), A.stride(a), slot}, v);
+      if (kernels_.add_products != nullptr) kernels_.add_products(view(), a, row);
+      kernels_.subtract_products(view(), a, row, v);
     }
   });
 }

@@ -8,9 +8,12 @@ namespace raybundle::linalg {
 /// M M^T = (H_ee + D_e)^-1 block by block, U = J_e M and y = M^T g_e,
 ///   A = J_k^T P J_k + D_k,  P = I - U U^T,  v = g_k - J_k^T U y,
 /// for the implicit product as for the explicit matrix. U takes the place of the coupling blocks
-/// of E, which are never stored: it has the size of the eliminated Jacobian.
+/// of E, which are never stored: it has the size of the eliminated Jacobian. Where rows have several
+/// parts hubs cannot be eliminated, their block of H not being block diagonal, and W = J_k^T U of
+/// each coupling is stored beside U: an anchor has a part of every row of its leaf.
 class SchurComplement final : public ReducedSystem {
  public:
+  /// Throws std::invalid_argument for hubs to be eliminated from rows of several parts.
   SchurComplement(const BlockLayout& layout, Side eliminated, ThreadPool& pool);
 
   std::int64_t size() const override { return layout_.size(kept_); }
@@ -27,7 +30,7 @@ class SchurComplement final : public ReducedSystem {
   std::int64_t deficient_blocks() const { return deficient_blocks_; }
 
  private:
-  EliminationView view() const;
+  EliminationView view();
   void factor();
   void factor_deficient(const std::vector<std::int64_t>& blocks);
   void transform();
@@ -47,6 +50,7 @@ class SchurComplement final : public ReducedSystem {
   std::vector<double> M_;           // block by block
   std::vector<double> U_;           // row by row
   std::vector<double> y_;           // block by block
+  std::vector<double> W_;           // coupling by coupling
   std::vector<double> rows_;        // scratch of apply(), one number per residual
   std::vector<std::int32_t> slot_;  // per piece of work: kept block -> slot in a block row
   std::int64_t deficient_blocks_ = 0;

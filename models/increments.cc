@@ -39,8 +39,8 @@ class Differences {
  public:
   Differences(const Problem& problem, linalg::ThreadPool& pool)
       : pool_(pool),
-        objective_(without_masks(problem), PoseUpdate::global, Lens::free, pool),
-        state_(Objective::state_of(problem)),
+        objective_(without_masks(problem), {.pose_update = PoseUpdate::global}, pool),
+        state_(objective_.state_of(problem)),
         moved_(state_),
         J_(objective_.layout()),
         unused_(objective_.layout()),

@@ -1,6 +1,7 @@
 #include <raybundle/models/objective.h>
 
 #include <raybundle/models/error.h>
+#include <raybundle/models/rays.h>
 #include <raybundle/models/rotation.h>
 
 #include <Eigen/Core>
@@ -8,116 +9,194 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace raybundle {
 namespace {
 
 using linalg::index;
+using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 constexpr std::int64_t row_grain = 512;
 /// Rows that a loss weights at a time, while they are in the first-level cache.
 constexpr std::int64_t weighted_rows = 64;
 
-int hub_size(Lens lens) { return lens == Lens::free ? 9 : 6; }
-
-double norm(const double* x, int size) {
-  double squares = 0;
-  for (int i = 0; i < size; ++i) squares += x[i] * x[i];
-  return std::sqrt(squares);
+Sensor sensor_of(const Formulation& formulation) {
+  if (formulation.objective == ObjectiveKind::ray && formulation.lens == Lens::free) {
+    throw std::invalid_argument("rays are of undistorted pixels: the lenses must be fixed");
+  }
+  return sensor_for(formulation.objective, formulation.lens);
 }
 
 }  // namespace
 
-Objective::Objective(const Problem& problem, PoseUpdate update, Lens lens, linalg::ThreadPool& pool,
-                     const RobustLoss& loss)
-    : update_(update),
-      lens_(lens),
+Objective::Objective(const Problem& problem, const Formulation& formulation,
+                     linalg::ThreadPool& pool, const RobustLoss& loss)
+    : formulation_(formulation),
       loss_(loss),
       pool_(pool),
-      kernels_(residual_kernels(update, lens)),
+      kernels_(residual_kernels(is_anchored(formulation.points), formulation.pose_update,
+                                sensor_of(formulation))),
+      rows_((validate(problem), problem)),
+      aspect_(problem.aspect),
       fixed_camera_parameters_(problem.fixed_camera_parameters),
       fixed_points_(problem.fixed_points) {
-  validate(problem);
   validate(loss);
   check_fixed();
-  sort_rows(problem);
-  layout_ = linalg::make_layout({2, hub_size(lens), Problem::point_size}, problem.camera_count(),
-                                problem.point_count(), row_point_, row_camera_);
+  pixels_ = in_row_order(rows_, problem.observations, 2);
   frames_.resize(index(problem.camera_count()));
+  compile_layout(problem);
+  still_ = fixed_camera_parameters_;
+  if (formulation.gauge == Gauge::fixed) hold_gauge(problem);
+}
+
+void Objective::compile_layout(const Problem& problem) {
+  const bool anchored = is_anchored(formulation_.points);
+  const bool ray = formulation_.objective == ObjectiveKind::ray;
+  if (ray) rays_ = in_row_order(rows_, observed_rays(problem), 3);
+  if (anchored) {
+    choose_all_anchors(problem, ray ? rays_ : in_row_order(rows_, apparent_rays(problem), 3));
+  }
+  const Sensor sensor = sensor_of(formulation_);
+  const linalg::BlockSizes sizes = {residual_size(sensor), camera_unknowns(sensor),
+                                    Problem::point_size};
+  const std::int64_t cameras = problem.camera_count(), points = problem.point_count();
+  if (!anchored) {
+    layout_ = linalg::make_layout(sizes, cameras, points, rows_.point, rows_.camera);
+    return;
+  }
+  std::vector<std::int64_t> row_parts = {0};
+  std::vector<std::int32_t> part_camera;
+  for (std::size_t row = 0; row < rows_.camera.size(); ++row) {
+    const Anchors& anchors = anchors_[index(rows_.point[row])];
+    std::array<std::int32_t, 3> touched = {rows_.camera[row], anchors.main, anchors.associate};
+    std::sort(touched.begin(), touched.end());
+    std::int32_t previous = -1;  // no associate
+    for (const std::int32_t camera : touched) {
+      if (camera != previous) part_camera.push_back(camera);
+      previous = camera;
+    }
+    row_parts.push_back(static_cast<std::int64_t>(part_camera.size()));
+  }
+  layout_ = linalg::make_layout(sizes, cameras, points, rows_.point, std::move(row_parts),
+                                std::move(part_camera));
+}
+
+void Objective::choose_all_anchors(const Problem& problem, const std::vector<double>& rays) {
+  update_frames({problem.cameras, {}});
+  std::vector<double> rotations, centres;
+  for (const CameraFrame& frame : frames_) {
+    rotations.insert(rotations.end(), frame.R_cw, frame.R_cw + 9);
+    centres.insert(centres.end(), frame.P, frame.P + 3);
+  }
+  const SeenRays seen = {rows_.camera.data(), rays.data(), rotations.data(), centres.data()};
+  const bool idp = formulation_.points == PointModel::idp;
+  anchors_.resize(index(problem.point_count()));
+  linalg::parallel_for(pool_, problem.point_count(), 64, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) {
+      anchors_[index(i)] =
+          choose_anchors(seen, {rows_.begin[index(i)], rows_.begin[index(i + 1)]}, idp).anchors;
+      if (idp) anchors_[index(i)].associate = -1;
+    }
+  });
 }
 
 void Objective::check_fixed() const {
-  if (update_ == PoseUpdate::global) return;
+  if (formulation_.pose_update == PoseUpdate::global) return;
   constexpr unsigned rotation = 0b000111, translation = 0b111000;
   const auto whole = [](unsigned mask, unsigned part) {
     return (mask & part) == 0 || (mask & part) == part;
   };
   for (std::size_t c = 0; c < fixed_camera_parameters_.size(); ++c) {
     const unsigned mask = fixed_camera_parameters_[c];
-    const bool holds = update_ == PoseUpdate::local
+    const bool holds = formulation_.pose_update == PoseUpdate::local
                            ? whole(mask, rotation) && whole(mask, translation)
                            : whole(mask, rotation | translation);
     if (holds) continue;
     throw InputError("problem", 0, "camera " + std::to_string(c) + " with a partly fixed pose",
-                     update_ == PoseUpdate::local
+                     formulation_.pose_update == PoseUpdate::local
                          ? "all or none of its rotation and of its translation fixed, or the "
                            "global pose update"
                          : "all or none of its pose fixed, or the global pose update");
   }
 }
 
+void Objective::hold_gauge(const Problem& problem) {
+  constexpr unsigned pose = 0b111111;
+  const auto holds = [](unsigned mask) { return (mask & pose) != 0; };
+  if (std::any_of(fixed_camera_parameters_.begin(), fixed_camera_parameters_.end(), holds) ||
+      std::any_of(fixed_points_.begin(), fixed_points_.end(), [](auto x) { return x != 0; })) {
+    return;
+  }
+  update_frames({problem.cameras, {}});
+  still_.resize(index(layout_.hubs), 0);
+  std::int64_t first = -1;
+  for (std::int64_t c = 0; c < layout_.hubs; ++c) {
+    if (layout_.hub_side.begin[index(c)] == layout_.hub_side.begin[index(c + 1)]) continue;
+    if (first < 0) {
+      first = c;
+      still_[index(c)] |= pose;
+      continue;
+    }
+    const int component = scale_component(frames_[index(first)], frames_[index(c)]);
+    if (component < 0) continue;  // at the same place
+    still_[index(c)] = static_cast<std::uint16_t>(still_[index(c)] | 1U << (3 + component));
+    return;
+  }
+}
+
+// The largest component of the second centre's motion when everything grows from the first, in the
+// axes of the pose update's translation: the world's for local, the camera's otherwise.
+int Objective::scale_component(const CameraFrame& first, const CameraFrame& second) const {
+  using so3::Vector3;
+  Vector3 motion = Eigen::Map<const Vector3>(second.P) - Eigen::Map<const Vector3>(first.P);
+  if (formulation_.pose_update != PoseUpdate::local) {
+    motion = Eigen::Map<const RowMajor>(second.R_cw) * motion;
+  }
+  Eigen::Index component = 0;
+  const double size = Eigen::Map<const Vector3>(second.P).cwiseAbs().maxCoeff();
+  return motion.cwiseAbs().maxCoeff(&component) > 1e-12 * size ? static_cast<int>(component) : -1;
+}
+
 unsigned Objective::fixed_mask(std::int64_t camera) const {
   return fixed_camera_parameters_.empty() ? 0U : fixed_camera_parameters_[index(camera)];
 }
 
-// Rows by point, then camera; observations of the same pair keep their order.
-void Objective::sort_rows(const Problem& problem) {
-  const std::int64_t rows = problem.observation_count();
-  std::vector<std::int64_t> next(index(problem.point_count() + 1), 0);
-  for (const std::int32_t point : problem.observation_point) ++next[index(point) + 1];
-  std::partial_sum(next.begin(), next.end(), next.begin());
-  const std::vector<std::int64_t> begin = next;
-  std::vector<std::int64_t> order(index(rows));
-  for (std::int64_t k = 0; k < rows; ++k) {
-    order[index(next[index(problem.observation_point[index(k)])]++)] = k;
-  }
-  const auto camera_of = [&](std::int64_t k) { return problem.observation_camera[index(k)]; };
-  for (std::int64_t point = 0; point < problem.point_count(); ++point) {
-    std::stable_sort(order.begin() + begin[index(point)], order.begin() + begin[index(point + 1)],
-                     [&](auto a, auto b) { return camera_of(a) < camera_of(b); });
-  }
-  row_camera_.reserve(index(rows));
-  row_point_.reserve(index(rows));
-  observed_.reserve(index(2 * rows));
-  for (const std::int64_t k : order) {
-    row_camera_.push_back(camera_of(k));
-    row_point_.push_back(problem.observation_point[index(k)]);
-    observed_.push_back(problem.observations[index(2 * k)]);
-    observed_.push_back(problem.observations[index(2 * k + 1)]);
-  }
-}
-
 void Objective::update_frames(const State& state) {
-  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   const auto cameras = static_cast<std::int64_t>(frames_.size());
   linalg::parallel_for(pool_, cameras, 64, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t c = first; c < last; ++c) {
       const double* camera = state.cameras.data() + c * Problem::camera_size;
       CameraFrame& frame = frames_[index(c)];
       const so3::Vector3 phi = Eigen::Map<const so3::Vector3>(camera);
-      Eigen::Map<RowMajor>(frame.R_cw) = so3::exp(phi);
-      if (update_ == PoseUpdate::global) Eigen::Map<RowMajor>(frame.J_r) = so3::right_jacobian(phi);
+      const so3::Matrix3 R_cw = so3::exp(phi);
+      Eigen::Map<RowMajor>(frame.R_cw) = R_cw;
+      if (formulation_.pose_update == PoseUpdate::global) {
+        Eigen::Map<RowMajor>(frame.J_r) = so3::right_jacobian(phi);
+      }
       std::copy_n(camera + 3, 3, frame.t_cw);
       std::copy_n(camera + 6, 3, frame.lens);
+      Eigen::Map<so3::Vector3>(frame.P) =
+          -(R_cw.transpose() * Eigen::Map<const so3::Vector3>(camera + 3));
+      frame.aspect = aspect_;
+      frame.ray_scale =
+          formulation_.ray_weight == RayWeight::focal ? std::abs(camera[6]) : 1.0;
     }
   });
 }
 
 ResidualInput Objective::input(const State& state) const {
-  return {frames_.data(), state.points.data(), row_camera_.data(), row_point_.data(),
-          observed_.data()};
+  const bool ray = formulation_.objective == ObjectiveKind::ray;
+  return {frames_.data(),
+          state.points.data(),
+          rows_.camera.data(),
+          rows_.point.data(),
+          ray ? rays_.data() : pixels_.data(),
+          formulation_.points,
+          anchors_.data(),
+          layout_.parts.row_parts.data()};
 }
 
 void Objective::set_loss_scale(double scale) {
@@ -129,29 +208,34 @@ void Objective::set_loss_scale(double scale) {
 
 double Objective::robust_cost(const ResidualInput& in, std::int64_t first,
                               std::int64_t last) const {
-  std::array<double, index(2 * weighted_rows)> residual;
+  std::array<double, index(3 * weighted_rows)> residual;
   double sum = 0;
   for (std::int64_t row = first; row < last; row += weighted_rows) {
     const std::int64_t end = std::min(row + weighted_rows, last);
     kernels_.residuals(in, residual.data(), row, end);
-    sum += robust_sum(loss_, residual.data(), end - row);
+    sum += robust_sum(loss_, residual.data(), end - row, layout_.row_size);
   }
   return 0.5 * sum;
 }
 
 double Objective::robust_linearize(const ResidualInput& in, const ResidualOutput& out,
                                    std::int64_t first, std::int64_t last) const {
-  std::array<double, index(2 * weighted_rows)> factor;
+  const int size = layout_.row_size;
+  std::array<double, index(3 * weighted_rows)> factor;
   double sum = 0;
   for (std::int64_t row = first; row < last; row += weighted_rows) {
     const std::int64_t end = std::min(row + weighted_rows, last);
-    const std::int64_t components = 2 * (end - row);
     kernels_.linearize(in, out, row, end);
-    sum += robust_weights(loss_, out.residual + 2 * row, end - row, factor.data());
-    scale_rows(factor.data(), components, 1, out.residual + 2 * row);
-    scale_rows(factor.data(), components, layout_.hub_size, out.J_hub + 2 * row * layout_.hub_size);
+    sum += robust_weights(loss_, out.residual + size * row, end - row, size, factor.data());
+    const std::int64_t components = size * (end - row);
+    scale_rows(factor.data(), components, 1, out.residual + size * row);
     scale_rows(factor.data(), components, layout_.leaf_size,
-               out.J_leaf + 2 * row * layout_.leaf_size);
+               out.J_leaf + size * row * layout_.leaf_size);
+    for (std::int64_t part = first_part(row); part < first_part(end); ++part) {
+      const std::int64_t of = layout_.several_parts() ? layout_.parts.row[index(part)] : part;
+      scale_rows(factor.data() + size * (of - row), size, layout_.hub_size,
+                 out.J_hub + size * part * layout_.hub_size);
+    }
   }
   return 0.5 * sum;
 }
@@ -179,82 +263,47 @@ double Objective::linearize(const State& state, double* residual, linalg::BlockJ
       });
 }
 
+double Objective::pixel_cost(const State& state) {
+  if (formulation_.objective == ObjectiveKind::pixel && loss_.kind == Loss::none) {
+    return cost(state);
+  }
+  update_frames(state);
+  ResidualInput in = input(state);
+  in.observed = pixels_.data();
+  const ResidualKernels& kernels =
+      residual_kernels(is_anchored(formulation_.points), formulation_.pose_update, Sensor::pixel);
+  return linalg::parallel_sum(
+      pool_, layout_.rows, row_grain,
+      [&](std::int64_t first, std::int64_t last) { return kernels.cost(in, first, last); });
+}
+
+std::int64_t Objective::first_part(std::int64_t row) const {
+  return layout_.several_parts() ? layout_.parts.row_parts[index(row)] : row;
+}
+
 // Unknowns that stay as they are have no derivative, hence no gradient and no step.
 void Objective::clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const {
-  if (!fixed_points_.empty()) {
-    for (std::int64_t row = first; row < last; ++row) {
-      if (fixed_points_[index(row_point_[index(row)])] == 0) continue;
-      std::fill_n(J.leaf_blocks.data() + row * 6, 6, 0.0);
-    }
+  const int numbers = layout_.row_size * layout_.leaf_size;
+  for (std::int64_t row = first; row < last && !fixed_points_.empty(); ++row) {
+    if (fixed_points_[index(rows_.point[index(row)])] == 0) continue;
+    std::fill_n(J.leaf_blocks.data() + row * numbers, numbers, 0.0);
   }
-  if (fixed_camera_parameters_.empty()) return;
-  const int size = layout_.hub_size;
-  for (std::int64_t row = first; row < last; ++row) {
-    const unsigned mask = fixed_mask(row_camera_[index(row)]);
-    for (int k = 0; mask != 0 && k < size; ++k) {
-      if ((mask >> k & 1U) == 0) continue;
-      J.hub_blocks[index(2 * row * size + k)] = 0;
-      J.hub_blocks[index((2 * row + 1) * size + k)] = 0;
-    }
+  if (still_.empty()) return;
+  for (std::int64_t part = first_part(first); part < first_part(last); ++part) {
+    const std::int32_t camera =
+        layout_.several_parts() ? layout_.parts.hub[index(part)] : rows_.camera[index(part)];
+    clear_part(part, still_[index(camera)], J);
   }
 }
 
-void Objective::retract(const State& state, const double* step, State& next) {
+void Objective::clear_part(std::int64_t part, unsigned mask, linalg::BlockJacobian& J) const {
   const int size = layout_.hub_size;
-  const std::int64_t cameras = layout_.hubs;
-  linalg::parallel_for(pool_, cameras, 64, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t c = first; c < last; ++c) {
-      const double* delta = step + c * size;
-      const double* camera = state.cameras.data() + c * Problem::camera_size;
-      double* moved = next.cameras.data() + c * Problem::camera_size;
-      std::copy_n(camera, Problem::camera_size, moved);
-      const bool moves = std::any_of(delta, delta + 6, [](double x) { return x != 0; });
-      if (moves) retract_pose(update_, camera, delta, moved);
-      for (int k = 6; k < size; ++k) moved[k] += delta[k];
-      const unsigned mask = fixed_mask(c);
-      for (int k = 0; mask != 0 && k < Problem::camera_size; ++k) {
-        if ((mask >> k & 1U) != 0) moved[k] = camera[k];
-      }
+  for (int k = 0; mask != 0 && k < size; ++k) {
+    if ((mask >> k & 1U) == 0) continue;
+    for (int i = 0; i < layout_.row_size; ++i) {
+      J.hub_blocks[index((part * layout_.row_size + i) * size + k)] = 0;
     }
-  });
-  const double* delta = step + layout_.offset(linalg::Side::leaves);
-  const auto coordinates = static_cast<std::int64_t>(state.points.size());
-  linalg::parallel_for(pool_, coordinates, 16384, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t i = first; i < last; ++i) {
-      const bool fixed = !fixed_points_.empty() && fixed_points_[index(i / 3)] != 0;
-      next.points[index(i)] = fixed ? state.points[index(i)] : state.points[index(i)] + delta[i];
-    }
-  });
-}
-
-double Objective::relative_step(const State& state, const double* step, double tolerance) const {
-  constexpr std::array camera_blocks = {3, 3, 1, 2};
-  const std::size_t used = lens_ == Lens::free ? 4 : 2;
-  const double* point_step = step + layout_.offset(linalg::Side::leaves);
-  std::array<double, linalg::max_chunks> largest = {};
-  const linalg::Chunks pieces = linalg::chunks(layout_.hubs + layout_.leaves, 4096);
-  pool_.run(pieces.pieces, [&](std::int64_t piece) {
-    double most = 0;
-    const auto measure = [&](const double* block, const double* delta, int size) {
-      most = std::max(most, norm(delta, size) / (norm(block, size) + tolerance));
-    };
-    for (std::int64_t b = pieces.begin(piece); b < pieces.end(piece); ++b) {
-      if (b >= layout_.hubs) {
-        const std::int64_t at = (b - layout_.hubs) * Problem::point_size;
-        measure(state.points.data() + at, point_step + at, Problem::point_size);
-        continue;
-      }
-      const double* block = state.cameras.data() + b * Problem::camera_size;
-      const double* delta = step + b * layout_.hub_size;
-      for (std::size_t k = 0; k < used; ++k) {
-        measure(block, delta, camera_blocks[k]);
-        block += camera_blocks[k];
-        delta += camera_blocks[k];
-      }
-    }
-    largest[index(piece)] = most;
-  });
-  return *std::max_element(largest.begin(), largest.end());
+  }
 }
 
 }  // namespace raybundle

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <raybundle/linalg/block_jacobian.h>
-#include <raybundle/models/lens.h>
-#include <raybundle/models/pose.h>
+#include <raybundle/models/anchors.h>
+#include <raybundle/models/formulation.h>
+#include <raybundle/models/observation_rows.h>
 #include <raybundle/models/problem.h>
 #include <raybundle/models/residual_kernels.h>
 #include <raybundle/models/robust_loss.h>
@@ -11,39 +12,53 @@
 
 namespace raybundle {
 
-/// What a solve changes: cameras and points, in the Problem's own order and units. A rotation is
-/// its rotation vector whatever the update, so that a state written to a file and read again has
-/// the same cost to the last bit.
+/// What a solve changes: cameras and points, in the Problem's own order. Cameras have the Problem's
+/// units. A rotation is its rotation vector whatever the update, so that a state written to a file
+/// and read again has the same cost to the last bit. Points have those of their model.
 struct State {
   std::vector<double> cameras;
-  std::vector<double> points;
+  std::vector<double> points;  ///< stored_size(model) numbers each
 };
 
 /// The cost of a Problem as a function of a State, with the derivatives a solver needs. Cameras
 /// are the hubs and points the leaves of the layout, which is compiled once, here. Rows are sorted
-/// by point, then camera.
+/// by point, then camera. Anchored points take their anchors from the problem as it is then.
 class Objective {
  public:
   /// Copies what it needs of the problem. Throws InputError when the problem is inconsistent, or
-  /// when it fixes a part of a pose that `update` cannot hold: a local update turns a rotation and
-  /// moves a translation as a whole, se3 only the whole pose; or when the loss has no legal scale.
-  Objective(const Problem& problem, PoseUpdate update, Lens lens, linalg::ThreadPool& pool,
+  /// when it fixes a part of a pose that the update cannot hold: a local update turns a rotation and
+  /// moves a translation as a whole, se3 only the whole pose; when the loss has no legal scale; for
+  /// rays, when a lens cannot have made an observation. Throws std::invalid_argument for rays and
+  /// free lenses.
+  Objective(const Problem& problem, const Formulation& formulation, linalg::ThreadPool& pool,
             const RobustLoss& loss = {});
   Objective(const Objective&) = delete;  // others hold its layout
   Objective& operator=(const Objective&) = delete;
 
   const linalg::BlockLayout& layout() const { return layout_; }
-  static State state_of(const Problem& problem) { return {problem.cameras, problem.points}; }
+  const Formulation& formulation() const { return formulation_; }
+  const std::vector<Anchors>& anchors() const { return anchors_; }  ///< empty for xyz
+
+  /// The problem's cameras and points, which must be those it was made from in number and order.
+  State state_of(const Problem& problem) const;
+  /// The same cameras; the points as far as two of their rays tell [Liu18, Remark 5].
+  State state_from_rays(const Problem& problem) const;
+  /// Puts a state into the problem: points as coordinates of the world.
+  void write(State state, Problem& problem) const;
 
   double loss_scale() const { return loss_.scale; }  ///< pixels
   /// Cost and derivatives are those of the new scale from here on. Throws InputError.
   void set_loss_scale(double scale);
 
-  /// 1/2 sum rho(|u - observed|^2) in pixels^2, all of them plain squares where there is no loss;
-  /// not finite where the state cannot be projected, whatever the loss.
+  /// 1/2 sum rho(|r|^2), all of them plain squares where there is no loss; r is u - observed in
+  /// pixels, or the difference of two rays times its weight. Not finite where the state cannot be
+  /// projected, whatever the loss.
   double cost(const State& state);
 
-  /// The cost, the residuals r (u - observed, two per row) and the Jacobian J. A loss multiplies
+  /// 1/2 sum |u - observed|^2 in pixels^2, whatever the objective.
+  double pixel_cost(const State& state);
+
+  /// The cost, the residuals r (layout().row_size per row) and the Jacobian J. A loss multiplies
   /// the rows of both by sqrt(weight), so that J^T r is the gradient of the cost and J^T J the
   /// matrix of iteratively reweighted least squares [Qu18, Eq. 4.26, 4.27]. There is no term of
   /// second order: rho is concave, so that the weighted squares of any state, moved to equal the
@@ -60,26 +75,35 @@ class Objective {
 
  private:
   void check_fixed() const;
-  void sort_rows(const Problem& problem);
+  void hold_gauge(const Problem& problem);
+  int scale_component(const CameraFrame& first, const CameraFrame& second) const;
+  void compile_layout(const Problem& problem);
+  void choose_all_anchors(const Problem& problem, const std::vector<double>& rays);
+  template <class Place>
+  void place_points(State& state, Place&& place) const;
   void update_frames(const State& state);
   unsigned fixed_mask(std::int64_t camera) const;
   void clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const;
+  void clear_part(std::int64_t part, unsigned mask, linalg::BlockJacobian& J) const;
   ResidualInput input(const State& state) const;
   double robust_cost(const ResidualInput& in, std::int64_t first, std::int64_t last) const;
   double robust_linearize(const ResidualInput& in, const ResidualOutput& out, std::int64_t first,
                           std::int64_t last) const;
+  std::int64_t first_part(std::int64_t row) const;
 
-  PoseUpdate update_;
-  Lens lens_;
+  Formulation formulation_;
   RobustLoss loss_;
   linalg::ThreadPool& pool_;
   const ResidualKernels& kernels_;
+  ObservationRows rows_;
   linalg::BlockLayout layout_;
-  std::vector<std::int32_t> row_camera_;
-  std::vector<std::int32_t> row_point_;
-  std::vector<double> observed_;
+  double aspect_;
+  std::vector<Anchors> anchors_;   // per point; empty for xyz
+  std::vector<double> pixels_;     // observed, per row
+  std::vector<double> rays_;       // observed, per row; empty for pixels
   std::vector<CameraFrame> frames_;
   std::vector<std::uint16_t> fixed_camera_parameters_;
+  std::vector<std::uint16_t> still_;  // the same, and what the gauge holds; empty: nothing
   std::vector<std::uint8_t> fixed_points_;
 };
 

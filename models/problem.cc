@@ -74,6 +74,9 @@ void validate(const Problem& problem) {
   check_finite("camera", problem.cameras, Problem::camera_size);
   check_finite("point", problem.points, Problem::point_size);
   check_finite("observation", problem.observations, 2);
+  if (!(problem.aspect > 0) || !std::isfinite(problem.aspect)) {
+    fail("an aspect of " + std::to_string(problem.aspect), "a finite number above 0");
+  }
 }
 
 }  // namespace raybundle

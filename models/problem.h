@@ -22,6 +22,10 @@ struct Problem {
   std::vector<std::int32_t> observation_point;   ///< per observation: index of the point
   std::vector<double> observations;              ///< x, y per observation, pixels from the centre
 
+  /// f_y / f_x of all cameras: y of an observation, and of its residual, is in pixels that are 1 /
+  /// aspect times as high as wide.
+  double aspect = 1;
+
   /// Bit k set: parameter k of that camera stays as it is. Empty: all cameras are free.
   std::vector<std::uint16_t> fixed_camera_parameters;
   /// Non-zero: that point stays where it is. Empty: all points are free.

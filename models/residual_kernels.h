@@ -1,7 +1,6 @@
 #pragma once
 
-#include <raybundle/models/lens.h>
-#include <raybundle/models/pose.h>
+#include <raybundle/models/formulation.h>
 
 #include <cstdint>
 
@@ -13,22 +12,28 @@ namespace raybundle {
 struct CameraFrame {
   double R_cw[9];  ///< row-major
   double t_cw[3];
-  double lens[3];  ///< f, k1, k2
-  double J_r[9];   ///< right Jacobian of the rotation vector; used by PoseUpdate::global
+  double lens[3];    ///< f, k1, k2
+  double J_r[9];     ///< right Jacobian of the rotation vector; used by PoseUpdate::global
+  double aspect;     ///< f_y / f_x
+  double P[3];       ///< the centre; used by anchored points
+  double ray_scale;  ///< of ray residuals
 };
 
 /// What one row range reads. Row r is the observation of point row_point[r] by camera
-/// row_camera[r]; observed holds two pixels per row.
+/// row_camera[r]; observed holds a pixel (2) or a ray (3) per row.
 struct ResidualInput {
   const CameraFrame* cameras;
-  const double* points;
+  const double* points;  ///< stored_size(model) numbers each
   const std::int32_t* row_camera;
   const std::int32_t* row_point;
   const double* observed;
+  PointModel model;
+  const Anchors* anchors;         ///< per point; null for xyz
+  const std::int64_t* row_parts;  ///< first part of each row; null for xyz, where it is the row
 };
 
-/// What linearisation writes, row by row: residual (2), J_hub (2x9 or 2x6: rotation, translation,
-/// lens) and J_leaf (2x3).
+/// What linearisation writes: row by row the residual (2 or 3 numbers) and J_leaf (3 columns), part
+/// by part J_hub (9 columns: rotation, translation, lens, or 6 without lens).
 struct ResidualOutput {
   double* residual;
   double* J_hub;
@@ -37,9 +42,9 @@ struct ResidualOutput {
 
 /// Over rows [first, last).
 struct ResidualKernels {
-  /// 1/2 sum |u - observed|^2.
+  /// 1/2 sum |r|^2.
   double (*cost)(const ResidualInput& in, std::int64_t first, std::int64_t last);
-  /// u - observed, two numbers per row; that of row `first` goes to residual[0].
+  /// The residuals; that of row `first` goes to residual[0].
   void (*residuals)(const ResidualInput& in, double* residual, std::int64_t first,
                     std::int64_t last);
   /// The cost, and all of ResidualOutput.
@@ -47,6 +52,12 @@ struct ResidualKernels {
                       std::int64_t last);
 };
 
-const ResidualKernels& residual_kernels(PoseUpdate update, Lens lens);
+/// What differs between kernels. Rays leave the lenses as they are.
+enum class Sensor { pixel_and_lens, pixel, ray };
+constexpr int residual_size(Sensor sensor) { return sensor == Sensor::ray ? 3 : 2; }
+constexpr int camera_unknowns(Sensor sensor) { return sensor == Sensor::pixel_and_lens ? 9 : 6; }
+Sensor sensor_for(ObjectiveKind objective, Lens lens);
+
+const ResidualKernels& residual_kernels(bool anchored, PoseUpdate update, Sensor sensor);
 
 }  // namespace raybundle

@@ -98,24 +98,24 @@ auto with_function(const RobustLoss& loss, const Use& use) {
 
 /// sum rho over all rows; `keep(component, value)` gets what applies to each component.
 template <class Keep>
-double sum(const RobustLoss& loss, const double* residual, std::int64_t rows, const Keep& keep) {
+double sum(const RobustLoss& loss, const double* residual, std::int64_t rows, int size,
+           const Keep& keep) {
   return with_function(loss, [&](const auto& function) {
     double total = 0;
     if (loss.scope == LossScope::component) {
-      for (std::int64_t i = 0; i < 2 * rows; ++i) {
+      for (std::int64_t i = 0; i < size * rows; ++i) {
         const LossValue value = guarded(function, residual[i] * residual[i]);
         total += value.rho;
         keep(i, value.weight);
       }
       return total;
     }
-    for (std::int64_t i = 0; i < 2 * rows; i += 2) {
-      const double x = residual[i];
-      const double y = residual[i + 1];
-      const LossValue value = guarded(function, x * x + y * y);
+    for (std::int64_t i = 0; i < size * rows; i += size) {
+      double squares = 0;
+      for (int k = 0; k < size; ++k) squares += residual[i + k] * residual[i + k];
+      const LossValue value = guarded(function, squares);
       total += value.rho;
-      keep(i, value.weight);
-      keep(i + 1, value.weight);
+      for (int k = 0; k < size; ++k) keep(i + k, value.weight);
     }
     return total;
   });
@@ -145,13 +145,13 @@ LossValue evaluate(const RobustLoss& loss, double s) {
   return with_function(loss, [s](const auto& function) { return guarded(function, s); });
 }
 
-double robust_sum(const RobustLoss& loss, const double* residual, std::int64_t rows) {
-  return sum(loss, residual, rows, [](std::int64_t, double) {});
+double robust_sum(const RobustLoss& loss, const double* residual, std::int64_t rows, int size) {
+  return sum(loss, residual, rows, size, [](std::int64_t, double) {});
 }
 
 double robust_weights(const RobustLoss& loss, const double* residual, std::int64_t rows,
-                      double* root_weight) {
-  return sum(loss, residual, rows,
+                      int size, double* root_weight) {
+  return sum(loss, residual, rows, size,
              [root_weight](std::int64_t i, double weight) { root_weight[i] = std::sqrt(weight); });
 }
 

@@ -15,7 +15,7 @@ namespace raybundle {
 ///   truncated      min(s, c^2)                                                  [Qu18, Eq. 4.22]
 enum class Loss { none, huber, soft_l1, cauchy, geman_mcclure, tukey, truncated };
 
-/// What s is: |r|^2 of an observation, or the square of each of its two components, as
+/// What s is: |r|^2 of an observation, or the square of each of its components, as
 /// [Qu18, Eq. 4.20] has it.
 enum class LossScope { observation, component };
 
@@ -41,11 +41,11 @@ struct LossValue {
 /// projected is not an outlier.
 LossValue evaluate(const RobustLoss& loss, double s);
 
-/// sum rho over `rows` residuals of two components each.
-double robust_sum(const RobustLoss& loss, const double* residual, std::int64_t rows);
+/// sum rho over `rows` residuals of `size` components each.
+double robust_sum(const RobustLoss& loss, const double* residual, std::int64_t rows, int size = 2);
 
-/// The same; sqrt(weight) of every component goes to `root_weight` (2 rows).
-double robust_weights(const RobustLoss& loss, const double* residual, std::int64_t rows,
+/// The same; sqrt(weight) of every component goes to `root_weight` (size x rows).
+double robust_weights(const RobustLoss& loss, const double* residual, std::int64_t rows, int size,
                       double* root_weight);
 
 /// Multiplies rows of `width` numbers by one factor each; a factor of 0 gives 0, whatever stood

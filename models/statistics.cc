@@ -87,7 +87,7 @@ double Reprojection::squared_residual(std::int64_t k, std::int64_t& behind) cons
   const Vector3d X_c = rotations_[index(j)] * X + Map<const Vector3d>(c + 3);
   const Vector2d p = -X_c.head<2>() / X_c.z();
   const double p2 = p.squaredNorm();
-  const Vector2d u = c[6] * (1 + p2 * (c[7] + p2 * c[8])) * p;
+  const Vector2d u = c[6] * (1 + p2 * (c[7] + p2 * c[8])) * Vector2d(p.x(), problem_.aspect * p.y());
   behind += X_c.z() >= 0 ? 1 : 0;
   return (u - observed).squaredNorm();
 }

@@ -47,6 +47,15 @@ constexpr std::array table = {
                  .adaptive = true,
                  .preconditioner = Preconditioner::block_diag_s,
                  .scaling = DiagonalMatrix::inc},
+    // [Liu18, Table 1]
+    MethodTraits{.method = Method::dogleg,
+                 .name = "dogleg",
+                 .help = "Gauss-Newton steps, bent to the steepest descent by a trust region",
+                 .inner = InnerSolve::dogleg,
+                 .damped = false,
+                 .bounded = true,
+                 .scaling = DiagonalMatrix::diag_h,
+                 .gauge = Gauge::fixed},
     // [Qu18, Alg. 11]
     MethodTraits{.method = Method::irls,
                  .name = "irls",

@@ -5,7 +5,7 @@
 namespace raybundle {
 
 /// How a method solves the linear system of a step.
-enum class InnerSolve { cholesky, pcg };
+enum class InnerSolve { cholesky, dogleg, pcg };
 
 /// A method is a row of choices over independent axes; nothing but this table knows its name.
 struct MethodTraits {
@@ -14,7 +14,7 @@ struct MethodTraits {
   const char* help;
   InnerSolve inner;
   bool damped = true;     ///< has a damping factor mu
-  bool bounded = false;   ///< has a trust region (PCG only)
+  bool bounded = false;   ///< has a trust region (not with Cholesky alone)
   bool adaptive = false;  ///< chooses the eliminated side in every iteration
 
   // What it prefers where the user leaves the choice:
@@ -24,6 +24,7 @@ struct MethodTraits {
   ForcingRule forcing_rule = ForcingRule::nash_sofer;
   double forcing = 0.1;
   int max_inner_iterations = 1000;
+  Gauge gauge = Gauge::free;
   Loss loss = Loss::none;
   bool graduated = false;  ///< starts with a wider loss, as the residuals of the start ask for
 };

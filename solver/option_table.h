@@ -39,7 +39,15 @@ void visit_options(AnyOptions& o, Visit&& visit) {
                               "scaling of the unknowns in the linear system and of the trust "
                               "region; auto: by method"});
   visit(o.pose_update, OptionInfo{"pose-update", "how a pose takes a step"});
-  visit(o.lens, OptionInfo{"lens", "whether f, k1, k2 are unknowns"});
+  visit(o.lens, OptionInfo{"lens", "whether f, k1, k2 are unknowns; auto: free, of rays fixed"});
+  visit(o.points, OptionInfo{"points", "how points are described"});
+  visit(o.point_start,
+        OptionInfo{"point-start", "where points start: as given, or from two of their rays"});
+  visit(o.objective, OptionInfo{"objective", "what a residual compares"});
+  visit(o.ray_weight,
+        OptionInfo{"ray-weight", "weight of a ray's residual, 1 or its focal length; auto: focal"});
+  visit(o.gauge, OptionInfo{"gauge",
+                            "whether the first pose and the scale stay; auto: free, dogleg: fixed"});
   visit(o.loss, OptionInfo{"loss", "robust loss; auto: none, irls: tukey"});
   visit(o.loss_scope,
         OptionInfo{"loss-scope", "what the loss is of, |r| or each component; auto: observation"});
@@ -101,7 +109,7 @@ Enum parse_enum(const std::string& option, const std::string& text);
 template <class Enum>
 constexpr int enum_count = 0;
 template <>
-inline constexpr int enum_count<Method> = 6;
+inline constexpr int enum_count<Method> = 7;
 template <>
 inline constexpr int enum_count<Elimination> = 3;
 template <>
@@ -120,6 +128,16 @@ template <>
 inline constexpr int enum_count<PoseUpdate> = 3;
 template <>
 inline constexpr int enum_count<Lens> = 2;
+template <>
+inline constexpr int enum_count<PointModel> = 4;
+template <>
+inline constexpr int enum_count<PointStart> = 2;
+template <>
+inline constexpr int enum_count<ObjectiveKind> = 2;
+template <>
+inline constexpr int enum_count<RayWeight> = 2;
+template <>
+inline constexpr int enum_count<Gauge> = 2;
 
 template <class Enum>
 Enum parse_enum(const std::string& option, const std::string& text) {

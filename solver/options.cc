@@ -56,8 +56,10 @@ std::pair<const char*, bool> given(const char* name, const std::optional<T>& val
 
 void refuse_solver_choices(const Options& o, const MethodTraits& method) {
   const std::string who = std::string("method ") + method.name;
-  if (method.inner == InnerSolve::cholesky) {
-    refuse(who + " solves exactly, without a region", given("scaling", o.scaling));
+  if (method.inner != InnerSolve::pcg) {
+    if (!method.bounded) {
+      refuse(who + " solves exactly, without a region", given("scaling", o.scaling));
+    }
     refuse(who + " has no inner iterations", given("preconditioner", o.preconditioner),
            given("forcing", o.forcing), given("forcing-rule", o.forcing_rule),
            given("max-inner-iterations", o.max_inner_iterations));
@@ -95,6 +97,29 @@ void refuse_globalisation(const Options& o, const MethodTraits& method) {
   }
 }
 
+void refuse_formulation(const Options& o, const MethodTraits& method) {
+  if (o.objective == ObjectiveKind::ray && o.lens == Lens::free) {
+    throw OptionError(
+        "--lens free: rays are of pixels that were undistorted once, before the solve; use "
+        "--objective pixel");
+  }
+  if (o.objective == ObjectiveKind::pixel) {
+    refuse("the objective is of pixels", given("ray-weight", o.ray_weight));
+  }
+  if (!is_anchored(o.points)) return;
+  const std::string who = std::string("--points ") + name(o.points);
+  const char* const reason =
+      ": a row then touches the anchors of its point too, and the cameras' side of the normal "
+      "equations is not block diagonal; use --points xyz";
+  if (o.elimination == Elimination::cameras) {
+    throw OptionError("--elimination cameras with " + who + reason);
+  }
+  if (method.adaptive) {
+    throw OptionError("--method " + std::string(method.name) + " eliminates cameras too, with " +
+                      who + reason);
+  }
+}
+
 void refuse_unused_parameters(const Options& effective, const Options& o) {
   const bool inc =
       effective.scaling == DiagonalMatrix::inc || effective.damping_matrix == DiagonalMatrix::inc;
@@ -103,7 +128,7 @@ void refuse_unused_parameters(const Options& effective, const Options& o) {
            given("inc-translation", o.inc.translation), given("inc-focal", o.inc.focal),
            given("inc-k1", o.inc.k1), given("inc-k2", o.inc.k2), given("inc-point", o.inc.point));
   }
-  if (o.lens == Lens::fixed) {
+  if (effective.lens == Lens::fixed) {
     refuse("the lenses are fixed", given("inc-focal", o.inc.focal), given("inc-k1", o.inc.k1),
            given("inc-k2", o.inc.k2));
   }
@@ -140,7 +165,6 @@ void fill_inner(const MethodTraits& method, Options& o) {
   const bool nothing = o.elimination == Elimination::none;
   o.preconditioner =
       o.preconditioner.value_or(nothing && schur ? Preconditioner::b : method.preconditioner);
-  o.scaling = o.scaling.value_or(method.scaling);
   o.linear = Linear::implicit_pcg;
   o.forcing_rule = o.forcing_rule.value_or(method.forcing_rule);
   o.forcing = o.forcing.value_or(method.forcing);
@@ -186,6 +210,13 @@ const char* name(Loss value) {
 const char* name(LossScope value) { return pick(std::array{"observation", "component"}, value); }
 const char* name(PoseUpdate value) { return pick(std::array{"global", "local", "se3"}, value); }
 const char* name(Lens value) { return pick(std::array{"free", "fixed"}, value); }
+const char* name(PointModel value) {
+  return pick(std::array{"xyz", "idp", "pba", "pmba"}, value);
+}
+const char* name(PointStart value) { return pick(std::array{"problem", "rays"}, value); }
+const char* name(ObjectiveKind value) { return pick(std::array{"pixel", "ray"}, value); }
+const char* name(Gauge value) { return pick(std::array{"free", "fixed"}, value); }
+const char* name(RayWeight value) { return pick(std::array{"focal", "unit"}, value); }
 
 Options resolve(const Options& options) {
   visit_options(options,
@@ -193,11 +224,19 @@ Options resolve(const Options& options) {
   const MethodTraits& method = traits(options.method);
   refuse_solver_choices(options, method);
   refuse_globalisation(options, method);
+  refuse_formulation(options, method);
 
   Options effective = options;
   if (!method.adaptive) effective.elimination = options.elimination.value_or(Elimination::points);
   if (method.inner == InnerSolve::pcg) fill_inner(method, effective);
+  if (method.inner == InnerSolve::pcg || method.bounded) {
+    effective.scaling = options.scaling.value_or(method.scaling);
+  }
   if (method.damped) fill_damping(method, effective);
+  const bool ray = options.objective == ObjectiveKind::ray;
+  effective.lens = options.lens.value_or(ray ? Lens::fixed : Lens::free);
+  effective.gauge = options.gauge.value_or(method.gauge);
+  if (ray) effective.ray_weight = options.ray_weight.value_or(RayWeight::focal);
   if (method.bounded) {
     const double first = options.initial_radius.value_or(1);
     effective.min_radius = options.min_radius.value_or(std::min(1e-32, first));
@@ -207,6 +246,15 @@ Options resolve(const Options& options) {
   fill_increments(effective);
   check_order(effective);
   return effective;
+}
+
+Formulation formulation(const Options& options) {
+  return {.pose_update = options.pose_update,
+          .lens = *options.lens,
+          .points = options.points,
+          .objective = options.objective,
+          .ray_weight = options.ray_weight.value_or(RayWeight::focal),
+          .gauge = *options.gauge};
 }
 
 }  // namespace raybundle

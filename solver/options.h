@@ -1,7 +1,6 @@
 #pragma once
 
-#include <raybundle/models/lens.h>
-#include <raybundle/models/pose.h>
+#include <raybundle/models/formulation.h>
 #include <raybundle/models/robust_loss.h>
 
 #include <limits>
@@ -11,7 +10,7 @@
 namespace raybundle {
 
 /// A row of the method table (solver/methods.h).
-enum class Method { lm_cholesky, tnm, inm, dinm, adinm, irls };
+enum class Method { lm_cholesky, tnm, inm, dinm, adinm, dogleg, irls };
 /// Which side of the normal equations is eliminated before the inner solve.
 enum class Elimination { none, points, cameras };
 /// How the (reduced) linear system is solved.
@@ -30,6 +29,10 @@ enum class DiagonalMatrix { identity, inc, diag_h };
 ///                     [NashSofer90]
 enum class ForcingRule { thesis, constant, eisenstat_walker, nash_sofer };
 
+/// Where points start: as the problem has them, or as far as two of their rays tell
+/// [Liu18, Remark 5].
+enum class PointStart { problem, rays };
+
 /// The increments of the `inc` matrix, one per kind of parameter; empty: those of
 /// models/increments.h.
 struct IncrementOptions {
@@ -46,7 +49,12 @@ struct Options {
   std::optional<DiagonalMatrix> damping_matrix = {};
   std::optional<DiagonalMatrix> scaling = {};  ///< methods with inner iterations
   PoseUpdate pose_update = PoseUpdate::local;
-  Lens lens = Lens::free;
+  std::optional<Lens> lens = {};  ///< empty: free; fixed where the objective is of rays
+  PointModel points = PointModel::xyz;
+  PointStart point_start = PointStart::problem;
+  ObjectiveKind objective = ObjectiveKind::pixel;
+  std::optional<RayWeight> ray_weight = {};  ///< empty: focal
+  std::optional<Gauge> gauge = {};           ///< empty: free; fixed where nothing damps
 
   std::optional<Loss> loss = {};             ///< empty: none; irls: tukey
   std::optional<LossScope> loss_scope = {};  ///< empty: observation
@@ -88,9 +96,17 @@ const char* name(Loss value);
 const char* name(LossScope value);
 const char* name(PoseUpdate value);
 const char* name(Lens value);
+const char* name(PointModel value);
+const char* name(PointStart value);
+const char* name(ObjectiveKind value);
+const char* name(RayWeight value);
+const char* name(Gauge value);
 
 /// Fills every empty choice with what the method prefers and checks ranges and combinations.
 /// Throws OptionError for a value out of range, or for an option that would have no effect.
 Options resolve(const Options& options);
+
+/// What resolved options ask an Objective for.
+Formulation formulation(const Options& options);
 
 }  // namespace raybundle

@@ -25,17 +25,17 @@ Summary solve(Problem& problem, const Options& options, const Observer& observer
   linalg::require_memory(working_memory(problem, effective),
                          "solving " + std::to_string(problem.observation_count()) +
                              " observations by " + name(effective.method));
-  Objective objective(problem, effective.pose_update, effective.lens, pool, robust_loss(effective));
+  Objective objective(problem, formulation(effective), pool, robust_loss(effective));
   const auto steps = make_step_solver(effective, objective.layout(), pool);
   effective.linear = steps->linear();
 
-  State state = Objective::state_of(problem);
+  State state = effective.point_start == PointStart::rays ? objective.state_from_rays(problem)
+                                                          : objective.state_of(problem);
   TrustRegion engine(objective, *steps, pool, effective, observer, start);
   Summary summary = engine.run(state);
   summary.threads = pool.threads();
   summary.linear_solver = steps->description();
-  problem.cameras = std::move(state.cameras);
-  problem.points = std::move(state.points);
+  objective.write(std::move(state), problem);
   return summary;
 }
 

@@ -14,6 +14,7 @@ namespace raybundle {
 /// What a step is computed from.
 struct StepRequest {
   linalg::Linearization at;
+  bool relinearised = true;       ///< false: `at` is as it was in the request before
   const double* damping;          ///< the diagonal mu D, all unknowns
   const double* inverse_scaling;  ///< D^-1 of [Qu18, Eq. 3.94], all unknowns; null: the identity
   double radius = std::numeric_limits<double>::infinity();  ///< |D p| of the unknowns solved for
@@ -31,6 +32,9 @@ struct StepReport {
   bool block_on_boundary = false;  ///< the block radius mattered
   double block_length = 0;         ///< what it may be after this step; 0 where there is none
   Elimination eliminated = Elimination::points;
+  int linear_solves = 1;
+  /// A multiple of diag(H) that was added where the normal equations could not be factorised.
+  double regularisation = 0;
   double condition_cameras = std::numeric_limits<double>::quiet_NaN();  ///< worst block of B, and
   double condition_points = std::numeric_limits<double>::quiet_NaN();   ///< C; adinm only
 };
@@ -56,6 +60,9 @@ std::unique_ptr<StepSolver> make_step_solver(const Options& options,
 std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
                                                const linalg::BlockLayout& layout,
                                                linalg::ThreadPool& pool);
+std::unique_ptr<StepSolver> make_dogleg_step(const Options& options,
+                                             const linalg::BlockLayout& layout,
+                                             linalg::ThreadPool& pool);
 std::unique_ptr<StepSolver> make_pcg_step(const Options& options, Elimination elimination,
                                           const linalg::BlockLayout& layout,
                                           linalg::ThreadPool& pool);

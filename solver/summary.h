@@ -3,6 +3,7 @@
 #include <raybundle/solver/options.h>
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,9 @@ struct IterationRecord {
   int iteration = 0;
   bool accepted = false;
   double cost = 0;
+  double pixel_cost = std::numeric_limits<double>::quiet_NaN();  ///< of the same state, without a
+                                                                 ///< loss; NaN where "cost" is of
+                                                                 ///< pixels
   double candidate_cost = 0;      ///< of the trial; NaN when it could not be evaluated
   double predicted_decrease = 0;  ///< of the quadratic model [Qu18, Eq. 3.102]
   double gradient_norm = 0;       ///< Euclidean
@@ -43,6 +47,7 @@ struct IterationRecord {
   double damping = 0;             ///< mu of this trial; 0 where the method has none
   double radius = 0;              ///< of this trial's trust region; 0 where the method has none
   bool on_boundary = false;       ///< the trust region cut the step
+  double regularisation = 0;      ///< share of diag(H) added to factorise at all; dogleg only
   int inner_iterations = 0;
   bool inner_capped = false;  ///< the inner iterations were at their limit
   Elimination eliminated = Elimination::none;
@@ -71,6 +76,7 @@ struct [[nodiscard]] Summary {
   double gradient_norm = 0;  ///< at the end
   int accepted = 0;
   int linear_solves = 0;
+  int regularised = 0;  ///< steps whose normal equations were singular; dogleg only
   std::int64_t inner_iterations = 0;
   int threads = 1;  ///< used
   Timing seconds;

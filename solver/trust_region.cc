@@ -81,7 +81,7 @@ void TrustRegion::start_globalisation() {
   const MethodTraits& method = traits(options.method);
   if (method.damped) damping_.emplace(*options.initial_damping, *options.min_damping);
   if (method.bounded) radius_.emplace(options.initial_radius);
-  if (method.bounded && !method.damped) block_radius_.emplace(std::nullopt);
+  if (method.inner == InnerSolve::pcg && method.bounded && !method.damped) block_radius_.emplace(std::nullopt);
 }
 
 Summary TrustRegion::run(State& state) {
@@ -124,6 +124,7 @@ void TrustRegion::begin_record() {
   next.iteration = record_.iteration + 1;
   next.cost = previous_cost_ = cost_;
   next.candidate_cost = next.rho = std::numeric_limits<double>::quiet_NaN();
+  next.pixel_cost = record_.pixel_cost;
   next.gradient_norm = record_.gradient_norm;
   next.gradient_max = record_.gradient_max;
   next.damping = damping_ ? damping_->mu() : 0;
@@ -139,13 +140,17 @@ void TrustRegion::compute_step() {
   fill_damping();
   StepRequest request = {
       .at = {&J_, &normal_, residual_.data()},
+      .relinearised = relinearised_,
       .damping = damping_diagonal_.data(),
       .inverse_scaling = inverse_scaling_.empty() ? nullptr : inverse_scaling_.data()};
   if (forcing_) request.tolerance = forcing_->tolerance();
   if (radius_) request.radius = radius_->radius();
   if (block_radius_) request.block_radius = block_radius_->radius();
   report_ = steps_.solve(request, step_.data());
-  ++summary_.linear_solves;
+  relinearised_ = false;
+  summary_.linear_solves += report_.linear_solves;
+  if (report_.regularisation > 0) ++summary_.regularised;
+  record_.regularisation = report_.regularisation;
   summary_.inner_iterations += report_.inner_iterations;
   record_.inner_iterations = report_.inner_iterations;
   record_.inner_capped = report_.inner_capped;
@@ -219,9 +224,13 @@ void TrustRegion::linearize() {
   static_cast<void>(objective_.linearize(state_, residual_.data(), J_));
   normal_.form(J_, residual_.data(), pool_);
   fill_matrices();
+  relinearised_ = true;
   const auto unknowns = static_cast<std::int64_t>(normal_.gradient.size());
   const double* g = normal_.gradient.data();
   record_.cost = cost_;
+  if (objective_.formulation().objective != ObjectiveKind::pixel) {
+    record_.pixel_cost = objective_.pixel_cost(state_);
+  }
   record_.gradient_norm = std::sqrt(linalg::dot(g, g, unknowns, pool_));
   record_.gradient_max = largest_magnitude(normal_.gradient);
   if (forcing_) forcing_->linearized(record_.gradient_norm);

@@ -91,8 +91,8 @@ Evaluation evaluate(const Arguments& arguments, const Problem& problem) {
   result.pixels = reprojection_statistics(problem);
   // Of the solver's own function, so that the file a solve wrote has the cost that its log says.
   linalg::ThreadPool pool(linalg::available_threads());
-  Objective objective(problem, PoseUpdate::local, Lens::free, pool, result.loss);
-  result.cost = objective.cost(Objective::state_of(problem));
+  Objective objective(problem, {}, pool, result.loss);
+  result.cost = objective.cost(objective.state_of(problem));
   if (!arguments.truth.empty()) {
     result.truth_source = arguments.truth;
     result.truth = compare_with_truth(problem, read_input(arguments.truth));

@@ -25,7 +25,7 @@ double before_matrix(const Problem& problem, Method method,
 
 MemoryEstimates estimate_memory(const Problem& problem) {
   linalg::ThreadPool pool(1);
-  const Objective objective(problem, PoseUpdate::local, Lens::free, pool);
+  const Objective objective(problem, {}, pool);
   MemoryEstimates result;
   const auto add = [&](Method method, std::optional<Elimination> elimination, Linear linear,
                        double matrix, bool upper_bound = false) {

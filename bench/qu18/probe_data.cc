@@ -86,7 +86,7 @@ double Linearised::at(const State& state) {
 
 Json residuals(const Problem& problem, linalg::ThreadPool& pool) {
   Linearised linearised(problem, pool);
-  const double cost = linearised.at(Objective::state_of(problem));
+  const double cost = linearised.at(linearised.objective.state_of(problem));
   // The objective's order of rows.
   std::vector<std::size_t> order(index(problem.observation_count()));
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -93,7 +93,7 @@ Timed timed(const Solve& solve) {
 Json linear_solvers(const Problem& problem, int systems, linalg::ThreadPool& pool) {
   Linearised at(problem, pool);
   ReducedSolver solver(at);
-  State state = Objective::state_of(problem), next = state;
+  State state = at.objective.state_of(problem), next = state;
   const auto s = at.layout().unknowns();
   double seconds[3] = {}, difference[3] = {}, relative = 0, length = 0, mu = 1;
   for (int k = 0; k < systems; ++k) {

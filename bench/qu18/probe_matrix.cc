@@ -65,7 +65,7 @@ Json entry(const char* name, double seconds, double bytes) {
 
 Json matrix_forms(const Problem& problem, linalg::ThreadPool& pool) {
   Linearised at(problem, pool);
-  const State state = Objective::state_of(problem);
+  const State state = at.objective.state_of(problem);
   const auto derivatives = [&] { at.objective.linearize(state, at.residual.data(), at.J); };
   derivatives();  // memory that is touched for the first time counts for nobody
   const auto n = at.layout().unknowns();

@@ -28,7 +28,7 @@ VectorXd random_direction(const linalg::BlockLayout& layout, scenes::Random& ran
 Json taylor(const Problem& problem, std::uint64_t seed, linalg::ThreadPool& pool) {
   Linearised at(problem, pool);
   scenes::Random random(seed, 1);
-  const State start = Objective::state_of(problem);
+  const State start = at.objective.state_of(problem);
   State u = start, moved = start;
   at.objective.retract(start, random_direction(at.layout(), random).data(), u);
   const VectorXd direction = random_direction(at.layout(), random);

@@ -1,2 +1,2 @@
 #define RAYBUNDLE_ISA baseline
-#include <raybundle/linalg/kernels/block_kernels_impl.h>
+#include <raybundle/linalg/kernels/kernels_impl.h>

@@ -9,7 +9,18 @@
 /// that eliminating leaves or hubs is a choice of arguments. For an eliminated block
 ///   M M^T = (H_ee + D_e)^-1,   U = J_e M,   y = M^T g_e,
 /// and with P = I - U U^T the reduced system is A = J_k^T P J_k + D_k, v = g_k - J_k^T U y.
+/// Where rows have several parts, leaves alone are eliminated, and W = J_k^T U coupling by coupling.
 namespace raybundle::linalg {
+
+/// RowParts as kernels take them; all null when a row is its own part.
+struct PartsView {
+  const std::int64_t* leaf_rows;
+  const std::int64_t* row_parts;
+  const std::int64_t* row;
+  const std::int32_t* hub;
+  const std::int64_t* coupling_begin;
+  const std::int64_t* list;
+};
 
 /// Sparsity from one side; see Incidence and BlockLayout. A null list or position is the identity,
 /// null rows mean that coupling c is row c.
@@ -19,18 +30,21 @@ struct SideView {
   const std::int64_t* position;
   const std::int32_t* block;
   const std::int64_t* rows;
+  PartsView parts;
 };
 
-/// What one elimination works on: the Jacobian blocks of both sides (row-major, row by row), the
-/// factors M (block by block), U (row by row, as J_e) and y (block by block).
+/// What one elimination works on: the Jacobian blocks of both sides (row-major; of hubs part by
+/// part, of leaves row by row), and the factors: M and y block by block, U row by row, as J_e, W
+/// coupling by coupling (kept x eliminated).
 struct EliminationView {
   SideView kept;
   SideView eliminated;
   const double* J_kept;
   const double* J_eliminated;
-  const double* M;
-  const double* U;
-  const double* y;
+  double* M;
+  double* U;
+  double* y;
+  double* W;
 };
 
 /// Where the blocks of one block row of a symmetric matrix go.
@@ -63,9 +77,9 @@ struct EliminationKernels {
   /// number.
   std::int64_t (*factor)(const double* H, const double* d, double tolerance, std::int64_t first,
                          std::int64_t last, double* M, std::int64_t* failed);
-  /// U and y of eliminated [first, last).
+  /// Writes U and y, and W where rows have several parts, of eliminated [first, last).
   void (*transform)(const EliminationView& view, const double* g_eliminated, std::int64_t first,
-                    std::int64_t last, double* U, double* y);
+                    std::int64_t last);
   /// v_a -= J_a^T U y for kept a in [first, last).
   void (*reduce_gradient)(const EliminationView& view, std::int64_t first, std::int64_t last,
                           double* v);
@@ -78,6 +92,9 @@ struct EliminationKernels {
   /// A_ab -= J_a^T U U^T J_b for all b >= a, into the block row of kept a, and v_a -= J_a^T U y.
   void (*subtract_products)(const EliminationView& view, std::int64_t a, const BlockRowView& row,
                             double* v);
+  /// A_ab += J_a^T J_b for all b > a: what two parts of a row have in common. Null when rows have
+  /// one.
+  void (*add_products)(const EliminationView& view, std::int64_t a, const BlockRowView& row);
   /// A_aa = H_aa - J_a^T U U^T J_a for kept [first, last).
   void (*diagonal_blocks)(const EliminationView& view, const double* H_kept, std::int64_t first,
                           std::int64_t last, double* A_diagonal);
@@ -85,9 +102,12 @@ struct EliminationKernels {
   void (*coupling)(const EliminationView& view, std::int64_t c, double* E, std::int64_t stride);
 };
 
+enum class RowShape { one_part, several_parts };
+
 /// The kernels for a layout; throws std::invalid_argument for block sizes nobody compiled.
-const BlockKernels& block_kernels(int row_size, int hub_size, int leaf_size);
+const BlockKernels& block_kernels(RowShape shape, int row_size, int hub_size, int leaf_size);
 /// The kernels that keep blocks of `kept` and eliminate blocks of `eliminated` unknowns.
-const EliminationKernels& elimination_kernels(int row_size, int kept, int eliminated);
+const EliminationKernels& elimination_kernels(RowShape shape, int row_size, int kept,
+                                              int eliminated);
 
 }  // namespace raybundle::linalg

@@ -117,10 +117,9 @@ TEST_P(BlockProducts, SameBitsForAnyNumberOfThreads) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Systems, BlockProducts, ::testing::ValuesIn(test::typical_systems()),
-                         [](const auto& test) {
-                           return "Hub" + std::to_string(test.param.hub_size) + "Seed" +
-                                  std::to_string(test.param.seed);
-                         });
+                         [](const auto& test) { return test::name(test.param); });
+INSTANTIATE_TEST_SUITE_P(Anchored, BlockProducts, ::testing::ValuesIn(test::anchored_systems()),
+                         [](const auto& test) { return test::name(test.param); });
 
 // The environment variable that lowers the instruction set is what the other runs of these tests
 // rely on.

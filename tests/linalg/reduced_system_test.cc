@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -217,20 +218,29 @@ TEST_P(ReducedSystems, SameBitsForAnyNumberOfThreads) {
   EXPECT_TRUE(results[0] == results[2]);
 }
 
+std::string name(const ::testing::TestParamInfo<Parameter>& test) {
+  const auto& [options, eliminated] = test.param;
+  const char* side = !eliminated ? "Full" : (*eliminated == Side::leaves ? "NoLeaves" : "NoHubs");
+  return side + test::name(options);
+}
+
 INSTANTIATE_TEST_SUITE_P(Systems, ReducedSystems,
                          ::testing::Combine(::testing::ValuesIn(test::typical_systems()),
                                             ::testing::Values(std::optional<Side>(),
                                                               std::optional<Side>(Side::leaves),
                                                               std::optional<Side>(Side::hubs))),
-                         [](const auto& test) {
-                           const BlockSystemOptions& options = std::get<0>(test.param);
-                           const std::optional<Side> eliminated = std::get<1>(test.param);
-                           const std::string side =
-                               !eliminated ? "Full"
-                                           : (*eliminated == Side::leaves ? "NoLeaves" : "NoHubs");
-                           return side + "Hub" + std::to_string(options.hub_size) + "Seed" +
-                                  std::to_string(options.seed);
-                         });
+                         name);
+INSTANTIATE_TEST_SUITE_P(Anchored, ReducedSystems,
+                         ::testing::Combine(::testing::ValuesIn(test::anchored_systems()),
+                                            ::testing::Values(std::optional<Side>(),
+                                                              std::optional<Side>(Side::leaves))),
+                         name);
+
+TEST(AnchoredRows, HubsCannotBeEliminated) {
+  const BlockSystem system({.anchored = true});
+  ThreadPool pool(1);
+  EXPECT_THROW(make_reduced_system(system.layout, Side::hubs, pool), std::invalid_argument);
+}
 
 // Unknowns of very different units, as f and k2 of a camera with f of 1e9: judged relative to the
 // entries' own scale, sqrt(H_ii H_jj).

@@ -158,7 +158,7 @@ TEST_P(EachLoss, RowsFollowTheScope) {
     scoped.scope = scope;
     std::vector<double> root(r.size());
     double expected = 0;
-    const double sum = robust_weights(scoped, r.data(), 4, root.data());
+    const double sum = robust_weights(scoped, r.data(), 4, 2, root.data());
     for (std::size_t i = 0; i < r.size(); i += 2) {
       const double x = r[i] * r[i], y = r[i + 1] * r[i + 1];
       const bool whole = scope == LossScope::observation;

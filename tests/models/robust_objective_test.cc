@@ -117,7 +117,7 @@ TEST_P(RobustObjective, WeightedSquaresMajoriseTheCost) {
   for (const Loss kind : losses) {
     DenseObjective robust(problem, update(), Lens::free, 2, loss(kind));
     std::vector<double> root(static_cast<std::size_t>(plain.residual().size()));
-    robust_weights(loss(kind), plain.residual().data(), plain.residual().size() / 2, root.data());
+    robust_weights(loss(kind), plain.residual().data(), plain.residual().size() / 2, 2, root.data());
     const Eigen::Map<const VectorXd> factor(root.data(), plain.residual().size());
     std::mt19937_64 random(11);
     for (const double size : {1e-4, 1e-3, 1e-2, 0.1}) {
@@ -258,12 +258,12 @@ TEST(RobustObjectiveScale, MustBeLegal) {
   const Problem problem = small_problem({.seed = 1});
   linalg::ThreadPool pool(1);
   const auto build = [&](double scale) {
-    Objective objective(problem, PoseUpdate::local, Lens::free, pool, {Loss::huber, {}, scale});
+    Objective objective(problem, {}, pool, {Loss::huber, {}, scale});
     return objective.loss_scale();
   };
   EXPECT_EQ(build(2), 2);
   EXPECT_THROW(build(0), InputError);
-  Objective objective(problem, PoseUpdate::local, Lens::free, pool, {.kind = Loss::huber});
+  Objective objective(problem, {}, pool, {.kind = Loss::huber});
   EXPECT_THROW(objective.set_loss_scale(-1), InputError);
   EXPECT_EQ(objective.loss_scale(), 1);  // as it was
 }

@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <numeric>
 #include <random>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -22,7 +24,11 @@ namespace raybundle::test {
 /// What a random block-sparse least squares problem is made of.
 struct BlockSystemOptions {
   std::uint64_t seed = 1;
+  int row_size = 2;
   int hub_size = 9;
+  /// Rows also have parts of the first two hubs of their leaf (anchors), as far as it has them, and
+  /// every fourth row none at all.
+  bool anchored = false;
   int hubs = 5;             ///< unobserved ones included
   int leaves = 17;          ///< unobserved and poor ones included
   int rows_per_leaf = 3;    ///< distinct hubs of an ordinary leaf
@@ -69,20 +75,23 @@ class BlockSystem {
   /// Writes the block values into the dense matrix; needed after changing them by hand.
   void update_dense() {
     dense = Eigen::MatrixXd::Zero(layout.residuals(), layout.unknowns());
-    const auto place = [&](const std::vector<double>& blocks, Eigen::Index row, Eigen::Index column,
-                           int size) {
-      for (Eigen::Index k = 0; k < 2; ++k) {
+    const auto place = [&](const std::vector<double>& blocks, Eigen::Index part, Eigen::Index row,
+                           Eigen::Index column, int size) {
+      for (Eigen::Index k = 0; k < layout.row_size; ++k) {
         for (Eigen::Index i = 0; i < size; ++i) {
-          dense(2 * row + k, column + i) =
-              blocks[static_cast<std::size_t>((2 * row + k) * size + i)];
+          dense(layout.row_size * row + k, column + i) =
+              blocks[static_cast<std::size_t>((layout.row_size * part + k) * size + i)];
         }
       }
     };
     const Eigen::Index leaves_at = layout.hubs * layout.hub_size;
-    for (std::size_t row = 0; row < row_leaf.size(); ++row) {
+    Eigen::Index part = 0;
+    for (std::size_t row = 0; row < row_hubs.size(); ++row) {
       const auto at = static_cast<Eigen::Index>(row);
-      place(J.hub_blocks, at, Eigen::Index{row_hub[row]} * layout.hub_size, layout.hub_size);
-      place(J.leaf_blocks, at, leaves_at + Eigen::Index{row_leaf[row]} * 3, 3);
+      for (const std::int32_t hub : row_hubs[row]) {
+        place(J.hub_blocks, part++, at, Eigen::Index{hub} * layout.hub_size, layout.hub_size);
+      }
+      place(J.leaf_blocks, at, at, leaves_at + Eigen::Index{row_leaf[row]} * 3, 3);
     }
   }
 
@@ -100,7 +109,8 @@ class BlockSystem {
   }
   Eigen::VectorXd gradient() const { return dense.transpose() * r; }
 
-  std::vector<std::int32_t> row_leaf, row_hub;  // before the layout, which is made from them
+  std::vector<std::int32_t> row_leaf;  // before the layout, which is made from them
+  std::vector<std::vector<std::int32_t>> row_hubs;
   linalg::BlockLayout layout;
   linalg::BlockJacobian J;
   linalg::NormalEquations normal;
@@ -125,10 +135,35 @@ class BlockSystem {
     std::sort(rows.begin(), rows.end());
     for (const auto& [leaf, hub] : rows) {
       row_leaf.push_back(leaf);
-      row_hub.push_back(hub);
+      row_hubs.push_back({hub});
     }
-    return linalg::make_layout({2, options.hub_size, 3}, options.hubs, options.leaves, row_leaf,
-                               row_hub);
+    const linalg::BlockSizes sizes = {options.row_size, options.hub_size, 3};
+    if (!options.anchored) {
+      std::vector<std::int32_t> row_hub;
+      for (const auto& hub : row_hubs) row_hub.push_back(hub.front());
+      return linalg::make_layout(sizes, options.hubs, options.leaves, row_leaf, row_hub);
+    }
+    add_anchors();
+    std::vector<std::int64_t> row_parts = {0};
+    std::vector<std::int32_t> part_hub;
+    for (const auto& hubs_of_row : row_hubs) {
+      part_hub.insert(part_hub.end(), hubs_of_row.begin(), hubs_of_row.end());
+      row_parts.push_back(static_cast<std::int64_t>(part_hub.size()));
+    }
+    return linalg::make_layout(sizes, options.hubs, options.leaves, row_leaf, row_parts, part_hub);
+  }
+
+  void add_anchors() {
+    const auto single = row_hubs;
+    for (std::size_t row = 0, first = 0; row < single.size(); ++row) {
+      if (row_leaf[row] != row_leaf[first]) first = row;
+      std::set<std::int32_t> hubs_of_row(single[row].begin(), single[row].end());
+      for (std::size_t other = first; other < std::min(first + 2, single.size()); ++other) {
+        if (row_leaf[other] == row_leaf[row]) hubs_of_row.insert(single[other].front());
+      }
+      if (row % 4 == 3) hubs_of_row.clear();
+      row_hubs[row].assign(hubs_of_row.begin(), hubs_of_row.end());
+    }
   }
 };
 
@@ -174,7 +209,7 @@ inline void write_dense(const Eigen::MatrixXd& values, linalg::SymmetricBlocks& 
   }
 }
 
-/// Systems of both hub sizes: ordinary, smallest, with duplicates, with unobserved and deficient
+/// Systems of all shapes: ordinary, smallest, with duplicates, with unobserved and deficient
 /// blocks, and with enough leaves for several pieces of work.
 inline std::vector<BlockSystemOptions> typical_systems() {
   std::vector<BlockSystemOptions> list;
@@ -192,6 +227,19 @@ inline std::vector<BlockSystemOptions> typical_systems() {
     list.push_back({.seed = 5, .hub_size = hub_size, .hubs = 3, .leaves = 260, .duplicates = 5});
     list.push_back({.seed = 6, .hub_size = hub_size, .hubs = 12, .rows_per_leaf = 9});
   }
+  list.push_back({.seed = 7, .row_size = 3, .hub_size = 6, .hubs = 7, .duplicates = 3});
+  return list;
+}
+
+inline std::string name(const BlockSystemOptions& options) {
+  return "Rows" + std::to_string(options.row_size) + "Hub" + std::to_string(options.hub_size) +
+         "Seed" + std::to_string(options.seed);
+}
+
+/// Systems whose rows have several parts, or none.
+inline std::vector<BlockSystemOptions> anchored_systems() {
+  std::vector<BlockSystemOptions> list = typical_systems();
+  for (BlockSystemOptions& each : list) each.anchored = true;
   return list;
 }
 

@@ -6,6 +6,8 @@
 #include <raybundle/models/problem.h>
 
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -16,9 +18,12 @@ class DenseObjective {
  public:
   DenseObjective(const Problem& problem, PoseUpdate update, Lens lens, int threads = 2,
                  const RobustLoss& loss = {})
+      : DenseObjective(problem, {.pose_update = update, .lens = lens}, threads, loss) {}
+  DenseObjective(const Problem& problem, const Formulation& formulation, int threads = 2,
+                 const RobustLoss& loss = {})
       : pool_(threads),
-        objective_(problem, update, lens, pool_, loss),
-        state_(Objective::state_of(problem)),
+        objective_(problem, formulation, pool_, loss),
+        state_(objective_.state_of(problem)),
         J_(objective_.layout()),
         residual_(objective_.layout().residuals()) {
     cost_ = objective_.linearize(state_, residual_.data(), J_);
@@ -54,26 +59,47 @@ class DenseObjective {
     using linalg::index;
     const linalg::BlockLayout& layout = objective_.layout();
     Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(layout.residuals(), layout.unknowns());
+    const auto place = [&](const std::vector<double>& blocks, std::int64_t block, std::int64_t row,
+                           std::int64_t column, int size) {
+      for (int i = 0; i < layout.row_size; ++i) {
+        for (int k = 0; k < size; ++k) {
+          dense(row * layout.row_size + i, column + k) =
+              blocks[index((block * layout.row_size + i) * size + k)];
+        }
+      }
+    };
     for (std::int64_t c = 0; c < layout.couplings; ++c) {
-      const bool repeats = !layout.coupling_rows.empty();
-      const std::int64_t first = repeats ? layout.coupling_rows[index(c)] : c;
-      const std::int64_t last = repeats ? layout.coupling_rows[index(c + 1)] : c + 1;
       const std::int64_t hub = std::int64_t{layout.hub_side.block[index(c)]} * layout.hub_size;
       const std::int64_t leaf = layout.offset(linalg::Side::leaves) +
                                 std::int64_t{layout.leaf_side.block[index(c)]} * layout.leaf_size;
-      for (std::int64_t i = 2 * first; i < 2 * last; ++i) {
-        for (int k = 0; k < layout.hub_size; ++k) {
-          dense(i, hub + k) = J_.hub_blocks[index(i * layout.hub_size + k)];
-        }
-        for (int k = 0; k < layout.leaf_size; ++k) {
-          dense(i, leaf + k) = J_.leaf_blocks[index(i * layout.leaf_size + k)];
-        }
+      for (const auto& [part, row] : parts_of(c)) {
+        place(J_.hub_blocks, part, row, hub, layout.hub_size);
+        place(J_.leaf_blocks, row, row, leaf, layout.leaf_size);
       }
     }
     return dense;
   }
 
  private:
+  // Part and row of what a coupling consists of.
+  std::vector<std::pair<std::int64_t, std::int64_t>> parts_of(std::int64_t c) const {
+    using linalg::index;
+    const linalg::BlockLayout& layout = objective_.layout();
+    std::vector<std::pair<std::int64_t, std::int64_t>> result;
+    if (layout.several_parts()) {
+      const linalg::RowParts& parts = layout.parts;
+      for (auto k = parts.coupling_begin[index(c)]; k < parts.coupling_begin[index(c + 1)]; ++k) {
+        result.emplace_back(parts.list[index(k)], parts.row[index(parts.list[index(k)])]);
+      }
+      return result;
+    }
+    const bool repeats = !layout.coupling_rows.empty();
+    const std::int64_t first = repeats ? layout.coupling_rows[index(c)] : c;
+    const std::int64_t last = repeats ? layout.coupling_rows[index(c + 1)] : c + 1;
+    for (std::int64_t row = first; row < last; ++row) result.emplace_back(row, row);
+    return result;
+  }
+
   linalg::ThreadPool pool_;
   Objective objective_;
   State state_;

@@ -81,9 +81,9 @@ TEST_F(EvalCommand, CostFollowsTheLoss) {
       const char* scope_name = scope == LossScope::observation ? "observation" : "component";
       const json log =
           evaluated({"--loss", names[kind], "--loss-scale", "2.5", "--loss-scope", scope_name});
-      Objective objective(scene_, PoseUpdate::local, Lens::free, pool,
+      Objective objective(scene_, {}, pool,
                           {static_cast<Loss>(kind), scope, 2.5});
-      EXPECT_EQ(log["cost"].get<double>(), objective.cost(Objective::state_of(scene_)));
+      EXPECT_EQ(log["cost"].get<double>(), objective.cost(objective.state_of(scene_)));
       EXPECT_EQ(log["pixel_cost"].get<double>(), reprojection_statistics(scene_).cost);
       EXPECT_EQ(log["loss"], (json{{"kind", names[kind]}, {"scope", scope_name}, {"scale", 2.5}}));
     }

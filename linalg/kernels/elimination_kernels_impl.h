@@ -1,0 +1,286 @@
+// The kernels of an elimination; see kernel_table.h for what U, y and W are, block_kernels_impl.h for
+// the rules of such a file. K unknowns per kept block, E per eliminated block.
+
+#pragma once
+
+#include <raybundle/linalg/kernels/block_kernels_impl.h>
+
+namespace raybundle::linalg::RAYBUNDLE_ISA {
+namespace {
+
+// M with M M^T = A^-1 for one block; false when a pivot is not above tolerance * its diagonal.
+template <int E>
+inline bool inverse_factor(const double* A, double tolerance, double* M) {
+  double L[E * E];
+  for (int j = 0; j < E; ++j) {
+    double pivot = A[j * E + j];
+    for (int k = 0; k < j; ++k) pivot -= L[j * E + k] * L[j * E + k];
+    if (!(pivot > tolerance * A[j * E + j]) || !(pivot < 1e300)) return false;
+    const double root = __builtin_sqrt(pivot);
+    const double inverse = 1 / root;
+    L[j * E + j] = inverse;  // the inverse diagonal: all that is used of it
+    for (int i = j + 1; i < E; ++i) {
+      double sum = A[i * E + j];
+      for (int k = 0; k < j; ++k) sum -= L[i * E + k] * L[j * E + k];
+      L[i * E + j] = sum * inverse;
+    }
+  }
+  for (int j = 0; j < E; ++j) {  // column j of L^-1 is row j of M = L^-T
+    for (int i = 0; i < j; ++i) M[j * E + i] = 0;
+    M[j * E + j] = L[j * E + j];
+    for (int i = j + 1; i < E; ++i) {
+      double sum = 0;
+      for (int k = j; k < i; ++k) sum += L[i * E + k] * M[j * E + k];
+      M[j * E + i] = -sum * L[i * E + i];
+    }
+  }
+  return true;
+}
+
+// What two couplings of an eliminated block subtract from the reduced matrix.
+template <int R, int K, int E, class Rows>
+struct CouplingProducts;
+
+// From the rows themselves: cheaper than W while R < E, and a coupling has few rows, mostly one.
+template <int R, int K, int E>
+struct CouplingProducts<R, K, E, OneHub> {
+  static void form(const EliminationView& /*view*/, Index /*e*/) {}
+
+  static void prefetch_coupling(const EliminationView& view, Index c) {
+    prefetch<2 * R * K * 8>(view.J_kept + row_begin(view.kept, c) * R * K);
+    prefetch<2 * R * E * 8>(view.U + row_begin(view.kept, c) * R * E);
+  }
+
+  // A -= J_a^T U_a U_b^T J_b for one row of a and one of b.
+  static void subtract_row(const EliminationView& view, Index row_a, Index row_b, double* A,
+                           Index stride) {
+    Row<K> right[R] = {};  // U_a U_b^T J_b
+    for (int r = 0; r < R; ++r) {
+      const double* U_a = view.U + (row_a * R + r) * E;
+      for (int s = 0; s < R; ++s) {
+        const Index k = row_b * R + s;
+        right[r].add(Row<E>::dot(U_a, view.U + k * E), Row<K>::load(view.J_kept + k * K));
+      }
+    }
+    const double* J_a = view.J_kept + row_a * R * K;
+#pragma GCC unroll 12
+    for (int i = 0; i < K; ++i) {
+      auto sum = Row<K>::load(A + i * stride);
+      for (int r = 0; r < R; ++r) sum.add(-J_a[r * K + i], right[r]);
+      sum.store(A + i * stride);
+    }
+  }
+
+  static void subtract(const EliminationView& view, Index c, Index other, double* A, Index stride) {
+    for (Index row = row_begin(view.kept, c); row < row_end(view.kept, c); ++row) {
+      for (Index next = row_begin(view.kept, other); next < row_end(view.kept, other); ++next) {
+        subtract_row(view, row, next, A, stride);
+      }
+    }
+  }
+};
+
+// By W: an anchor has a part of every row of its leaf. Stored transposed, E rows of K.
+template <int R, int K, int E>
+struct CouplingProducts<R, K, E, SeveralHubs> {
+  static void form(const EliminationView& view, Index e) {
+    for (Index c = view.eliminated.begin[e]; c < view.eliminated.begin[e + 1]; ++c) {
+      Row<K> W[E] = {};
+      SeveralHubs::parts_of_coupling(view.kept, c, [&](Index part, Index row) {
+        for (int k = 0; k < R; ++k) {
+          const auto x = Row<K>::load(view.J_kept + (part * R + k) * K);
+          for (int i = 0; i < E; ++i) W[i].add(view.U[(row * R + k) * E + i], x);
+        }
+      });
+      for (int i = 0; i < E; ++i) W[i].store(view.W + (c * E + i) * K);
+    }
+  }
+
+  static void prefetch_coupling(const EliminationView& view, Index c) {
+    prefetch<E * K * 8>(view.W + c * E * K);
+  }
+
+  static void subtract(const EliminationView& view, Index c, Index other, double* A, Index stride) {
+    const double* left = view.W + c * E * K;
+    Row<K> right[E];
+    for (int k = 0; k < E; ++k) right[k] = Row<K>::load(view.W + (other * E + k) * K);
+#pragma GCC unroll 12
+    for (int i = 0; i < K; ++i) {
+      auto sum = Row<K>::load(A + i * stride);
+      for (int k = 0; k < E; ++k) sum.add(-left[k * K + i], right[k]);
+      sum.store(A + i * stride);
+    }
+  }
+};
+
+template <int R, int K, int E, class Rows>
+struct Eliminate {
+  using Products = CouplingProducts<R, K, E, Rows>;
+
+  static Index factor(const double* H, const double* d, double tolerance, Index first, Index last,
+                      double* M, Index* failed) {
+    Index failures = 0;
+    for (Index e = first; e < last; ++e) {
+      double A[E * E];
+      for (int i = 0; i < E * E; ++i) A[i] = H[e * E * E + i];
+      for (int i = 0; i < E; ++i) A[i * E + i] += d[e * E + i];
+      if (!inverse_factor<E>(A, tolerance, M + e * E * E)) failed[failures++] = e;
+    }
+    return failures;
+  }
+
+  static void transform(const EliminationView& view, const double* g_eliminated, Index first,
+                        Index last) {
+    for (Index e = first; e < last; ++e) {
+      const double* M = view.M + e * E * E;
+      clear<E>(view.y + e * E);
+      add_transpose_product<E, E>(M, g_eliminated + e * E, view.y + e * E);
+      Rows::rows(view.eliminated, e, [&](Index row, Index) {
+        for (Index k = row * R; k < (row + 1) * R; ++k) {
+          clear<E>(view.U + k * E);
+          add_transpose_product<E, E>(M, view.J_eliminated + k * E, view.U + k * E);
+        }
+      });
+      Products::form(view, e);
+    }
+  }
+
+  // v -= J^T U y of one part.
+  static void reduce_part(const EliminationView& view, Index e, Index part, Index row, Row<K>& v) {
+    for (int k = 0; k < R; ++k) {
+      v.add(-Row<E>::dot(view.U + (row * R + k) * E, view.y + e * E),
+            Row<K>::load(view.J_kept + (part * R + k) * K));
+    }
+  }
+
+  static void reduce_gradient(const EliminationView& view, Index first, Index last, double* v) {
+    for (Index a = first; a < last; ++a) {
+      auto reduced = Row<K>::load(v + a * K);
+      PartsOfHub<Rows>::template each<R * K>(
+          view.kept, a, view.J_kept, [&](Index part, Index row, Index c) {
+            reduce_part(view, view.eliminated.block[c], part, row, reduced);
+          });
+      reduced.store(v + a * K);
+    }
+  }
+
+  static void project(const EliminationView& view, const double* x_kept, Index first, Index last,
+                      double* u) {
+    for (Index e = first; e < last; ++e) {
+      Row<E> t = {};
+      Rows::rows(view.eliminated, e, [&](Index row, Index c) {
+        clear<R>(u + row * R);
+        add_row_product<R, K, Rows>(view.kept, row, c, view.J_kept, x_kept, u + row * R);
+        for (Index k = row * R; k < (row + 1) * R; ++k) t.add(u[k], Row<E>::load(view.U + k * E));
+      });
+      double z[E];
+      t.store(z);
+      Rows::rows(view.eliminated, e, [&](Index row, Index) {
+        for (Index k = row * R; k < (row + 1) * R; ++k) u[k] -= Row<E>::dot(view.U + k * E, z);
+      });
+    }
+  }
+
+  static void back_substitute(const EliminationView& view, const double* x_kept, Index first,
+                              Index last, double* x_eliminated) {
+    for (Index e = first; e < last; ++e) {
+      auto t = Row<E>::load(view.y + e * E);
+      Rows::rows(view.eliminated, e, [&](Index row, Index c) {
+        double u[R] = {};
+        add_row_product<R, K, Rows>(view.kept, row, c, view.J_kept, x_kept, u);
+        for (int k = 0; k < R; ++k) t.add(u[k], Row<E>::load(view.U + (row * R + k) * E));
+      });
+      double z[E];
+      t.store(z);
+      for (int i = 0; i < E; ++i) {
+        x_eliminated[e * E + i] = -Row<E>::dot(view.M + (e * E + i) * E, z);
+      }
+    }
+  }
+
+  static void subtract_products(const EliminationView& view, Index a, const BlockRowView& block_row,
+                                double* v) {
+    auto reduced = Row<K>::load(v + a * K);
+    for (Index p = view.kept.begin[a]; p < view.kept.begin[a + 1]; ++p) {
+      const Index ahead = coupling_ahead(view.kept, a, p);
+      if (ahead >= 0) Products::prefetch_coupling(view, ahead);
+      const Index c = coupling(view.kept, p);
+      const Index e = view.eliminated.block[c];
+      Rows::parts_of_coupling(view.kept, c, [&](Index part, Index row) {
+        reduce_part(view, e, part, row, reduced);
+      });
+      for (Index q = position(view.eliminated, c); q < view.eliminated.begin[e + 1]; ++q) {
+        const Index other = coupling(view.eliminated, q);
+        const Index slot = block_row.slot_of[view.kept.block[other]];
+        Products::subtract(view, c, other, block_row.values + slot * K, block_row.stride);
+      }
+    }
+    reduced.store(v + a * K);
+  }
+
+  static void diagonal_blocks(const EliminationView& view, const double* H_kept, Index first,
+                              Index last, double* A_diagonal) {
+    for (Index a = first; a < last; ++a) {
+      double* A = A_diagonal + a * K * K;
+      for (int i = 0; i < K * K; ++i) A[i] = H_kept[a * K * K + i];
+      for (Index p = view.kept.begin[a]; p < view.kept.begin[a + 1]; ++p) {
+        const Index c = coupling(view.kept, p);
+        Products::subtract(view, c, c, A, K);
+      }
+    }
+  }
+
+  static void coupling_block(const EliminationView& view, Index c, double* block, Index stride) {
+    Row<E> product[K] = {};
+    Rows::parts_of_coupling(view.kept, c, [&](Index part, Index row) {
+      for (int k = 0; k < R; ++k) {
+        const auto J_e = Row<E>::load(view.J_eliminated + (row * R + k) * E);
+        for (int i = 0; i < K; ++i) {
+          product[i].add(view.J_kept[(part * R + k) * K + i], J_e);
+        }
+      }
+    });
+    for (int i = 0; i < K; ++i) product[i].store(block + i * stride);
+  }
+};
+
+// A_ab += J_a^T J_b: the parts of a row stand in order of their hubs.
+template <int R, int K>
+void add_products(const EliminationView& view, Index a, const BlockRowView& block_row) {
+  const PartsView& parts = view.kept.parts;
+  PartsOfHub<SeveralHubs>::each<R * K>(
+      view.kept, a, view.J_kept, [&](Index part, Index row, Index) {
+        const double* J_a = view.J_kept + part * R * K;
+        for (Index next = part + 1; next < parts.row_parts[row + 1]; ++next) {
+          double* A = block_row.values + block_row.slot_of[parts.hub[next]] * K;
+          for (int k = 0; k < R; ++k) {
+            const auto J_b = Row<K>::load(view.J_kept + (next * R + k) * K);
+#pragma GCC unroll 12
+            for (int i = 0; i < K; ++i) {
+              auto sum = Row<K>::load(A + i * block_row.stride);
+              sum.add(J_a[k * K + i], J_b);
+              sum.store(A + i * block_row.stride);
+            }
+          }
+        }
+      });
+}
+
+template <int R, int K, int E, class Rows>
+constexpr EliminationKernels make_elimination_kernels() {
+  using Kernels = Eliminate<R, K, E, Rows>;
+  EliminationKernels result = {&Kernels::factor,
+                               &Kernels::transform,
+                               &Kernels::reduce_gradient,
+                               &Kernels::project,
+                               &Kernels::back_substitute,
+                               &Kernels::subtract_products,
+                               nullptr,
+                               &Kernels::diagonal_blocks,
+                               &Kernels::coupling_block};
+  if constexpr (Rows::several) result.add_products = &add_products<R, K>;
+  return result;
+}
+
+}  // namespace
+}  // namespace raybundle::linalg::RAYBUNDLE_ISA

@@ -1,0 +1,182 @@
+// Rows of anchored points: each touches the camera that observes, the anchors, and the point. The
+// derivatives by a pose are formed as those by its centre P and by a small turn of its axes in the
+// world, R_wc <- Exp(turn) R_wc, and then carried over to the unknowns of the pose update.
+
+#pragma once
+
+#include <raybundle/models/anchored_point_impl.h>
+
+namespace raybundle::RAYBUNDLE_ISA {
+namespace {
+
+// From the derivatives by centre and turn to those by the step of a pose (models/pose.h):
+//   local   turn = -dphi,      dP = P x dphi - dt
+//   global  turn = -J_r dphi,  dP = P x J_r dphi - R_wc dt
+//   se3     turn = -R_wc dphi, dP = -R_wc dt
+template <PoseUpdate Update>
+inline void pose_row(const CameraFrame& camera, const double* by_centre, const double* by_turn,
+                     double* J) {
+  if constexpr (Update == PoseUpdate::se3) {
+    matrix_times(camera.R_cw, by_turn, J);
+    matrix_times(camera.R_cw, by_centre, J + 3);
+    for (int i = 0; i < 6; ++i) J[i] = -J[i];
+  } else {
+    double turn[3];
+    cross(by_centre, camera.P, turn);
+    for (int i = 0; i < 3; ++i) turn[i] -= by_turn[i];
+    if constexpr (Update == PoseUpdate::local) {
+      for (int i = 0; i < 3; ++i) J[i] = turn[i];
+      for (int i = 0; i < 3; ++i) J[3 + i] = -by_centre[i];
+    } else {
+      row_times_matrix(turn, camera.J_r, J);
+      matrix_times(camera.R_cw, by_centre, J + 3);
+      for (int i = 3; i < 6; ++i) J[i] = -J[i];
+    }
+  }
+}
+
+// The cameras that a row touches, each once, and the place of its part among them: parts are in
+// order of the cameras.
+struct Touched {
+  std::int32_t observer, main, associate;
+  int count;
+  int observer_part, main_part, associate_part;
+
+  Touched(const ResidualInput& in, Index row) {
+    const Anchors& anchors = in.anchors[in.row_point[row]];
+    observer = in.row_camera[row];
+    main = anchors.main;
+    associate = anchors.associate;
+    const bool other_main = main != observer;
+    const bool other_associate = associate >= 0 && associate != observer;
+    count = 1 + other_main + other_associate;
+    observer_part = (other_main && main < observer) + (other_associate && associate < observer);
+    main_part = (observer < main) + (other_associate && associate < main);
+    associate_part = (observer < associate) + (other_main && main < associate);
+  }
+};
+
+template <Sensor sensor>
+struct AnchoredRows {
+  static constexpr int R = residual_size(sensor);
+  static constexpr int hub_size = camera_unknowns(sensor);
+
+  // D, the ray from the observer in the world, and the same in its frame.
+  static void ray(const AnchoredPoint& point, const CameraFrame& main, const CameraFrame& observer,
+                  double* D, double* X_c) {
+    for (int i = 0; i < 3; ++i) D[i] = point.G[i] + point.s * (main.P[i] - observer.P[i]);
+    matrix_times(observer.R_cw, D, X_c);
+  }
+
+  // Calls visit(row, point) for rows [first, last).
+  template <bool derivatives, class Visit>
+  static void for_rows(const ResidualInput& in, Index first, Index last, Visit&& visit) {
+    AnchoredPoint point;
+    for (Index row = first, at = -1; row < last; ++row) {
+      if (in.row_point[row] != at) {
+        at = in.row_point[row];
+        prepare<derivatives>(in, at, point);
+      }
+      visit(row, point);
+    }
+  }
+
+  static void residual_of(const ResidualInput& in, Index row, const AnchoredPoint& point,
+                          double* residual) {
+    const CameraFrame& observer = in.cameras[in.row_camera[row]];
+    double D[3], X_c[3];
+    ray(point, in.cameras[in.anchors[in.row_point[row]].main], observer, D, X_c);
+    Measure<sensor>::residual(observer, X_c, in.observed + R * row, residual);
+  }
+
+  static double cost(const ResidualInput& in, Index first, Index last) {
+    double sum = 0;
+    for_rows<false>(in, first, last, [&](Index row, const AnchoredPoint& point) {
+      double r[R];
+      residual_of(in, row, point, r);
+      sum += squares(r, R);
+    });
+    return 0.5 * sum;
+  }
+
+  static void residuals(const ResidualInput& in, double* residual, Index first, Index last) {
+    for_rows<false>(in, first, last, [&](Index row, const AnchoredPoint& point) {
+      residual_of(in, row, point, residual + R * (row - first));
+    });
+  }
+
+  // One residual's derivatives by centre and turn of every camera its row touches. They add up where
+  // the observer is an anchor.
+  struct ByPose {
+    double centre[3][3] = {};  // by part
+    double turn[3][3] = {};
+
+    // b is the gradient of the residual by D.
+    ByPose(const AnchoredPoint& point, const Touched& touched, const double* b, const double* D) {
+      double by_Pm[3], by_turn[3], own_turn[3];
+      row_times_matrix(b, point.G_Pm, by_Pm);
+      row_times_matrix(b, point.G_turn, by_turn);
+      cross(b, D, own_turn);
+      for (int i = 0; i < 3; ++i) {
+        centre[touched.observer_part][i] -= point.s * b[i];
+        turn[touched.observer_part][i] += own_turn[i];
+        centre[touched.main_part][i] += by_Pm[i] + point.s * b[i];
+        turn[touched.main_part][i] += by_turn[i];
+        if (point.has_associate) centre[touched.associate_part][i] -= by_Pm[i];
+      }
+    }
+  };
+
+  static void leaf_row(const AnchoredPoint& point, const double* b, const double* offset,
+                       double* J) {
+    for (int k = 0; k < 3; ++k) J[k] = dot(b, point.G_leaf[k]);
+    J[0] += point.s_first * dot(b, offset);
+  }
+
+  template <PoseUpdate Update>
+  static void linearize_row(const ResidualInput& in, const ResidualOutput& out, Index row,
+                            const AnchoredPoint& point) {
+    const Touched touched(in, row);
+    const CameraFrame& observer = in.cameras[touched.observer];
+    const CameraFrame& main = in.cameras[touched.main];
+    const Index part = in.row_parts[row];
+    double D[3], X_c[3], A[3 * R], L[6], offset[3];
+    ray(point, main, observer, D, X_c);
+    Measure<sensor>::residual(observer, X_c, in.observed + R * row, out.residual + R * row, A, L);
+    for (int i = 0; i < 3; ++i) offset[i] = main.P[i] - observer.P[i];
+    for (int i = 0; i < R; ++i) {
+      double b[3];
+      row_times_matrix(A + 3 * i, observer.R_cw, b);
+      leaf_row(point, b, offset, out.J_leaf + (R * row + i) * 3);
+      const ByPose by(point, touched, b, D);
+      const auto write = [&](std::int32_t camera, int which) {
+        double* J = out.J_hub + ((part + which) * R + i) * hub_size;
+        pose_row<Update>(in.cameras[camera], by.centre[which], by.turn[which], J);
+        for (int k = 6; k < hub_size; ++k) J[k] = 0;
+      };
+      write(touched.observer, touched.observer_part);
+      if (touched.main != touched.observer) write(touched.main, touched.main_part);
+      if (point.has_associate && touched.associate != touched.observer) {
+        write(touched.associate, touched.associate_part);
+      }
+      if constexpr (sensor == Sensor::pixel_and_lens) {
+        double* J = out.J_hub + ((part + touched.observer_part) * R + i) * hub_size;
+        for (int k = 0; k < 3; ++k) J[6 + k] = L[3 * i + k];
+      }
+    }
+  }
+
+  template <PoseUpdate Update>
+  static double linearize(const ResidualInput& in, const ResidualOutput& out, Index first,
+                          Index last) {
+    double sum = 0;
+    for_rows<true>(in, first, last, [&](Index row, const AnchoredPoint& point) {
+      linearize_row<Update>(in, out, row, point);
+      sum += squares(out.residual + R * row, R);
+    });
+    return 0.5 * sum;
+  }
+};
+
+}  // namespace
+}  // namespace raybundle::RAYBUNDLE_ISA

@@ -1,0 +1,72 @@
+#include <raybundle/models/anchors.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace raybundle {
+namespace {
+
+using Eigen::Vector3d;
+using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+constexpr std::int64_t compared = 32;
+
+struct Observer {
+  std::int64_t row;
+  std::int32_t camera;
+  Vector3d direction;  // in the world
+  Vector3d centre;
+};
+
+Observer observer(const SeenRays& seen, std::int64_t row) {
+  const std::int32_t camera = seen.camera[row];
+  const Eigen::Map<const RowMajor> R_cw(seen.R_cw + 9 * std::int64_t{camera});
+  return {row, camera, R_cw.transpose() * Eigen::Map<const Vector3d>(seen.ray + 3 * row),
+          Eigen::Map<const Vector3d>(seen.centre + 3 * std::int64_t{camera})};
+}
+
+// In order of quality: acute angles, the larger the better, then the others.
+double quality(const Observer& a, const Observer& b) {
+  const double sine = a.direction.cross(b.direction).norm();
+  return a.direction.dot(b.direction) >= 0 ? sine : sine - 2;
+}
+
+bool apart(const Observer& a, const Observer& b) {
+  const double size = a.centre.cwiseAbs().maxCoeff() + b.centre.cwiseAbs().maxCoeff();
+  return a.camera != b.camera && (a.centre - b.centre).norm() > 1e-12 * size;
+}
+
+}  // namespace
+
+AnchorRows choose_anchors(const SeenRays& seen, Track track, bool first_is_main) {
+  AnchorRows best;
+  const std::int64_t count = std::min(track.last - track.first, compared);
+  if (count == 0) return best;
+  std::array<Observer, compared> observers;
+  for (std::int64_t i = 0; i < count; ++i) {
+    const std::int64_t length = track.last - track.first;
+    const std::int64_t row = track.first + (count > 1 ? i * (length - 1) / (count - 1) : 0);
+    observers[static_cast<std::size_t>(i)] = observer(seen, row);
+  }
+  best.anchors.main = observers[0].camera;
+  best.main_row = observers[0].row;
+  double most = -3;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    for (std::size_t j = i + 1; j < static_cast<std::size_t>(count); ++j) {
+      const Observer &a = observers[i], &b = observers[j];
+      if (!apart(a, b)) continue;
+      const double of_pair = quality(a, b);
+      if (of_pair <= most) continue;
+      most = of_pair;
+      best = {{a.camera, b.camera}, a.row, b.row};
+    }
+    if (first_is_main) break;
+  }
+  return best;
+}
+
+}  // namespace raybundle

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <raybundle/models/point_model.h>
+#include <raybundle/models/problem.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace raybundle {
+
+/// The observations of one point, in order of their cameras: rows first .. last - 1 of the arrays
+/// below.
+struct Track {
+  std::int64_t first, last;
+};
+
+/// Rays seen along tracks, and the cameras that saw them.
+struct SeenRays {
+  const std::int32_t* camera;  ///< per row
+  const double* ray;           ///< per row: 3, in the camera's frame
+  const double* R_cw;          ///< per camera: 9, row-major
+  const double* centre;        ///< per camera: 3
+};
+
+/// The anchors of a point, and the rows in which they see it.
+struct AnchorRows {
+  Anchors anchors;
+  std::int64_t main_row = -1;
+  std::int64_t associate_row = -1;
+};
+
+/// The pair of observers whose rays have the largest angle below a right one [Zhao15, Liu18, 2.1], of
+/// which the earlier camera is the main anchor; angles above a right one count only where there is no
+/// other. Cameras at the same place make no pair. Of long tracks 32 observers, evenly spaced, are
+/// compared. `first_is_main`: the pair contains the first observer, as idp has it.
+AnchorRows choose_anchors(const SeenRays& seen, Track track, bool first_is_main);
+
+}  // namespace raybundle

@@ -1,0 +1,188 @@
+// States of an Objective: from and to a Problem, and moved by a step.
+
+#include <raybundle/linalg/parallel.h>
+#include <raybundle/models/objective.h>
+#include <raybundle/models/rays.h>
+#include <raybundle/models/rotation.h>
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace raybundle {
+namespace {
+
+using linalg::index;
+
+double norm(const double* x, int size) {
+  double squares = 0;
+  for (int i = 0; i < size; ++i) squares += x[i] * x[i];
+  return std::sqrt(squares);
+}
+
+// Rotation and centre of the cameras of a problem.
+class Poses {
+ public:
+  explicit Poses(const std::vector<double>& cameras) {
+    using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    using Vector3 = so3::Vector3;
+    const std::size_t count = cameras.size() / Problem::camera_size;
+    R_cw_.resize(9 * count);
+    P_.resize(3 * count);
+    for (std::size_t c = 0; c < count; ++c) {
+      const double* camera = cameras.data() + c * Problem::camera_size;
+      const so3::Matrix3 R = so3::exp(Vector3(Eigen::Map<const Vector3>(camera)));
+      Eigen::Map<RowMajor>(R_cw_.data() + 9 * c) = R;
+      Eigen::Map<Vector3>(P_.data() + 3 * c) =
+          -(R.transpose() * Eigen::Map<const Vector3>(camera + 3));
+    }
+  }
+  const double* R_cw(std::int32_t camera) const { return R_cw_.data() + 9 * std::int64_t{camera}; }
+  const double* P(std::int32_t camera) const { return P_.data() + 3 * std::int64_t{camera}; }
+  AnchorPoses of(const Anchors& anchors) const {
+    return {R_cw(anchors.main), P(anchors.main),
+            anchors.associate < 0 ? nullptr : P(anchors.associate)};
+  }
+  SeenRays seen(const ObservationRows& rows, const std::vector<double>& rays) const {
+    return {rows.camera.data(), rays.data(), R_cw_.data(), P_.data()};
+  }
+
+ private:
+  std::vector<double> R_cw_, P_;
+};
+
+}  // namespace
+
+// Calls place(i, stored numbers) for the points that somebody observes; others have no anchors, and
+// keep what is there.
+template <class Place>
+void Objective::place_points(State& state, Place&& place) const {
+  const int stored = stored_size(formulation_.points);
+  state.points.resize(index(layout_.leaves * stored));
+  linalg::parallel_for(pool_, layout_.leaves, 256, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) {
+      if (rows_.begin[index(i)] < rows_.begin[index(i + 1)]) {
+        place(i, state.points.data() + i * stored);
+      }
+    }
+  });
+}
+
+State Objective::state_of(const Problem& problem) const {
+  if (!is_anchored(formulation_.points)) return {problem.cameras, problem.points};
+  State state = {problem.cameras, {}};
+  const Poses poses(problem.cameras);
+  place_points(state, [&](std::int64_t i, double* stored) {
+    from_world(formulation_.points, problem.points.data() + 3 * i, poses.of(anchors_[index(i)]),
+               stored);
+  });
+  return state;
+}
+
+// xyz and idp too are placed by the pair of best parallax.
+State Objective::state_from_rays(const Problem& problem) const {
+  State state = state_of(problem);
+  const Poses poses(problem.cameras);
+  const std::vector<double> rays =
+      rays_.empty() ? in_row_order(rows_, apparent_rays(problem), 3) : rays_;
+  const SeenRays seen = poses.seen(rows_, rays);
+  const bool idp = formulation_.points == PointModel::idp;
+  place_points(state, [&](std::int64_t i, double* stored) {
+    const Track track = {rows_.begin[index(i)], rows_.begin[index(i + 1)]};
+    const AnchorRows best = choose_anchors(seen, track, idp);
+    const std::int32_t associate = best.anchors.associate;
+    AnchorRays ray = {rays.data() + 3 * best.main_row, nullptr, nullptr};
+    if (associate >= 0) {
+      ray.ray_associate = rays.data() + 3 * best.associate_row;
+      ray.R_cw_associate = poses.R_cw(associate);
+    }
+    from_rays(formulation_.points, ray, poses.of(best.anchors), stored);
+  });
+  return state;
+}
+
+void Objective::write(State state, Problem& problem) const {
+  if (!is_anchored(formulation_.points)) {
+    problem.points = std::move(state.points);
+  } else {
+    const Poses poses(state.cameras);
+    const int stored = stored_size(formulation_.points);
+    for (std::int64_t i = 0; i < layout_.leaves; ++i) {
+      const bool fixed = !fixed_points_.empty() && fixed_points_[index(i)] != 0;
+      if (fixed || anchors_[index(i)].main < 0) continue;
+      to_world(formulation_.points, state.points.data() + i * stored, poses.of(anchors_[index(i)]),
+               problem.points.data() + 3 * i);
+    }
+  }
+  problem.cameras = std::move(state.cameras);
+}
+
+void Objective::retract(const State& state, const double* step, State& next) {
+  const int size = layout_.hub_size;
+  const std::int64_t cameras = layout_.hubs;
+  linalg::parallel_for(pool_, cameras, 64, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t c = first; c < last; ++c) {
+      const double* delta = step + c * size;
+      const double* camera = state.cameras.data() + c * Problem::camera_size;
+      double* moved = next.cameras.data() + c * Problem::camera_size;
+      std::copy_n(camera, Problem::camera_size, moved);
+      const bool moves = std::any_of(delta, delta + 6, [](double x) { return x != 0; });
+      if (moves) retract_pose(formulation_.pose_update, camera, delta, moved);
+      for (int k = 6; k < size; ++k) moved[k] += delta[k];
+      const unsigned mask = fixed_mask(c);
+      for (int k = 0; mask != 0 && k < Problem::camera_size; ++k) {
+        if ((mask >> k & 1U) != 0) moved[k] = camera[k];
+      }
+    }
+  });
+  const double* delta = step + layout_.offset(linalg::Side::leaves);
+  const int stored = stored_size(formulation_.points);
+  linalg::parallel_for(pool_, layout_.leaves, 4096, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) {
+      const double* point = state.points.data() + i * stored;
+      double* moved = next.points.data() + i * stored;
+      if (!fixed_points_.empty() && fixed_points_[index(i)] != 0) {
+        std::copy_n(point, stored, moved);
+      } else {
+        retract_point(formulation_.points, point, delta + 3 * i, moved);
+      }
+    }
+  });
+}
+
+double Objective::relative_step(const State& state, const double* step, double tolerance) const {
+  constexpr std::array camera_blocks = {3, 3, 1, 2};
+  const int stored = stored_size(formulation_.points);
+  const std::size_t used = formulation_.lens == Lens::free ? 4 : 2;
+  const double* point_step = step + layout_.offset(linalg::Side::leaves);
+  std::array<double, linalg::max_chunks> largest = {};
+  const linalg::Chunks pieces = linalg::chunks(layout_.hubs + layout_.leaves, 4096);
+  pool_.run(pieces.pieces, [&](std::int64_t piece) {
+    double most = 0;
+    const auto measure = [&](const double* block, int numbers, const double* delta, int size) {
+      most = std::max(most, norm(delta, size) / (norm(block, numbers) + tolerance));
+    };
+    for (std::int64_t b = pieces.begin(piece); b < pieces.end(piece); ++b) {
+      if (b >= layout_.hubs) {
+        const std::int64_t i = b - layout_.hubs;
+        measure(state.points.data() + i * stored, stored, point_step + i * Problem::point_size,
+                Problem::point_size);
+        continue;
+      }
+      const double* block = state.cameras.data() + b * Problem::camera_size;
+      const double* delta = step + b * layout_.hub_size;
+      for (std::size_t k = 0; k < used; ++k) {
+        measure(block, camera_blocks[k], delta, camera_blocks[k]);
+        block += camera_blocks[k];
+        delta += camera_blocks[k];
+      }
+    }
+    largest[index(piece)] = most;
+  });
+  return *std::max_element(largest.begin(), largest.end());
+}
+
+}  // namespace raybundle

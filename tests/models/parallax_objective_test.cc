@@ -1,0 +1,222 @@
+// The Objective with anchored points and with rays: value, derivatives, conversion. The oracle of
+// values works in coordinates of the world and shares no code with the kernels.
+
+#include <raybundle/models/objective.h>
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/Core>
+
+#include <raybundle/models/error.h>
+#include <raybundle/models/rays.h>
+#include <raybundle/models/rotation.h>
+#include <raybundle/models/statistics.h>
+#include <raybundle/tests/support/dense_objective.h>
+#include <raybundle/tests/support/numeric_jacobian.h>
+#include <raybundle/tests/support/random_problem.h>
+#include <raybundle/tests/support/small_problem.h>
+#include <raybundle/tests/support/taylor.h>
+
+namespace raybundle {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using test::DenseObjective;
+using test::small_problem;
+
+// 1/2 sum |w (xi(X_c) - v)|^2, spelled out.
+double ray_cost(const Problem& problem, RayWeight weight) {
+  const std::vector<double> rays = observed_rays(problem);
+  double sum = 0;
+  for (std::size_t k = 0; k < problem.observation_camera.size(); ++k) {
+    const double* camera = &problem.cameras[9 * std::size_t(problem.observation_camera[k])];
+    const double* point = &problem.points[3 * std::size_t(problem.observation_point[k])];
+    const Vector3d X_c = so3::exp(Vector3d(camera[0], camera[1], camera[2])) *
+                             Vector3d(point[0], point[1], point[2]) +
+                         Vector3d(camera[3], camera[4], camera[5]);
+    const Vector3d ray(rays[3 * k], rays[3 * k + 1], rays[3 * k + 2]);
+    const double w = weight == RayWeight::focal ? std::abs(camera[6]) : 1.0;
+    sum += w * w * (X_c.normalized() - ray).squaredNorm();
+  }
+  return 0.5 * sum;
+}
+
+double expected_cost(const Problem& problem, const Formulation& formulation) {
+  return formulation.objective == ObjectiveKind::ray ? ray_cost(problem, formulation.ray_weight)
+                                                     : reprojection_statistics(problem).cost;
+}
+
+std::vector<Problem> problems() {
+  return {small_problem({.seed = 1}), small_problem({.seed = 2,
+                                                     .cameras = 5,
+                                                     .points = 14,
+                                                     .duplicate_observations = 4,
+                                                     .unobserved_cameras = 1,
+                                                     .unobserved_points = 2,
+                                                     .points_seen_once = 2,
+                                                     .far_points = 2,
+                                                     .shuffled = true})};
+}
+
+std::string name_of(const Formulation& f) {
+  constexpr const char* models[] = {"Xyz", "Idp", "Pba", "Pmba"};
+  constexpr const char* updates[] = {"Global", "Local", "Se3"};
+  const std::string objective =
+      f.objective == ObjectiveKind::ray ? (f.ray_weight == RayWeight::unit ? "UnitRay" : "Ray")
+                                        : (f.lens == Lens::free ? "PixelLens" : "Pixel");
+  return models[static_cast<int>(f.points)] + objective + updates[static_cast<int>(f.pose_update)];
+}
+
+std::vector<Formulation> formulations() {
+  std::vector<Formulation> list;
+  for (const auto points : {PointModel::xyz, PointModel::idp, PointModel::pba, PointModel::pmba}) {
+    for (const auto update : {PoseUpdate::global, PoseUpdate::local, PoseUpdate::se3}) {
+      for (const Lens lens : {Lens::free, Lens::fixed}) {
+        list.push_back({.pose_update = update, .lens = lens, .points = points});
+      }
+      for (const RayWeight weight : {RayWeight::focal, RayWeight::unit}) {
+        list.push_back({.pose_update = update,
+                        .lens = Lens::fixed,
+                        .points = points,
+                        .objective = ObjectiveKind::ray,
+                        .ray_weight = weight});
+      }
+    }
+  }
+  return list;
+}
+
+class FormulationOf : public ::testing::TestWithParam<Formulation> {};
+
+TEST_P(FormulationOf, CostIsThatOfThePointsInTheWorld) {
+  for (const Problem& problem : problems()) {
+    DenseObjective dense(problem, GetParam());
+    Problem written = problem;
+    dense.objective().write(dense.state(), written);
+    const double expected = expected_cost(written, GetParam());
+    EXPECT_NEAR(dense.cost(), expected, 1e-9 * expected);
+    EXPECT_NEAR(dense.objective().cost(dense.state()), dense.cost(), 1e-13 * dense.cost());
+    EXPECT_NEAR(0.5 * dense.residual().squaredNorm(), expected, 1e-9 * expected);
+    const double pixels = reprojection_statistics(written).cost;
+    EXPECT_NEAR(dense.objective().pixel_cost(dense.state()), pixels, 1e-9 * pixels);
+  }
+}
+
+TEST_P(FormulationOf, ProblemIsWrittenAsItWasRead) {
+  for (const Problem& problem : problems()) {
+    DenseObjective dense(problem, GetParam());
+    Problem written = problem;
+    std::fill(written.points.begin(), written.points.begin() + 3 * 4, 77.0);
+    dense.objective().write(dense.state(), written);
+    EXPECT_EQ(written.cameras, problem.cameras);
+    for (std::size_t i = 0; i < problem.points.size(); i += 3) {
+      const Vector3d X(&problem.points[i]), Y(&written.points[i]);
+      // A parallax is known to 1e-16 of a radian: of far points the distance is not.
+      const double known = 1e-14 * X.squaredNorm() / 5 + 1e-12;
+      EXPECT_LE((X - Y).norm(), known) << "point " << i / 3;
+    }
+  }
+}
+
+TEST_P(FormulationOf, JacobianAgreesWithDifferences) {
+  for (const Problem& problem : problems()) {
+    DenseObjective dense(problem, GetParam());
+    const MatrixXd numeric =
+        test::numeric_jacobian([&](const VectorXd& step) { return dense.residual_after(step); },
+                               VectorXd::Zero(dense.objective().layout().unknowns()), 0.01);
+    const MatrixXd analytic = dense.jacobian();
+    for (Eigen::Index i = 0; i < analytic.cols(); ++i) {
+      EXPECT_LE((analytic.col(i) - numeric.col(i)).norm(), 1e-7 * (analytic.col(i).norm() + 1))
+          << "unknown " << i;
+    }
+  }
+}
+
+TEST_P(FormulationOf, TaylorRemainderIsOfSecondOrder) {
+  DenseObjective dense(problems()[0], GetParam());
+  std::mt19937_64 random(7);
+  VectorXd direction(dense.objective().layout().unknowns());
+  for (double& x : direction) x = 0.05 * test::uniform(random);
+  const VectorXd derivative = dense.jacobian() * direction;
+  EXPECT_TRUE(test::has_taylor_slope_two(
+      [&](double tau) { return dense.residual_after(tau * direction); }, derivative));
+  EXPECT_FALSE(test::has_taylor_slope_two(
+      [&](double tau) { return dense.residual_after(tau * direction); }, 1.01 * derivative));
+}
+
+TEST_P(FormulationOf, SameBitsForAnyNumberOfThreads) {
+  const Problem problem = small_problem({.seed = 9, .cameras = 9, .points = 700});
+  DenseObjective one(problem, GetParam(), 1), many(problem, GetParam(), 3);
+  EXPECT_EQ(one.cost(), many.cost());
+  EXPECT_TRUE(one.residual() == many.residual());
+  EXPECT_EQ(one.blocks().hub_blocks, many.blocks().hub_blocks);
+  EXPECT_EQ(one.blocks().leaf_blocks, many.blocks().leaf_blocks);
+  const VectorXd step = VectorXd::Constant(one.objective().layout().unknowns(), 1e-3);
+  EXPECT_EQ(one.after(step).points, many.after(step).points);
+}
+
+TEST_P(FormulationOf, LossWeighsResidualsAndDerivativesAlike) {
+  const Problem problem = problems()[0];
+  const RobustLoss loss = {.kind = Loss::cauchy, .scale = 0.5};
+  DenseObjective plain(problem, GetParam()), robust(problem, GetParam(), 2, loss);
+  const int size = plain.objective().layout().row_size;
+  double cost = 0;
+  for (Eigen::Index row = 0; row < plain.residual().size() / size; ++row) {
+    const LossValue value = evaluate(loss, plain.residual().segment(row * size, size).squaredNorm());
+    cost += 0.5 * value.rho;
+    const MatrixXd expected =
+        std::sqrt(value.weight) * plain.jacobian().middleRows(row * size, size);
+    EXPECT_LE((robust.jacobian().middleRows(row * size, size) - expected).norm(),
+              1e-13 * (expected.norm() + 1e-300));
+  }
+  EXPECT_NEAR(robust.cost(), cost, 1e-12 * cost);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, FormulationOf, ::testing::ValuesIn(formulations()),
+                         [](const auto& test) { return name_of(test.param); });
+
+TEST(RayObjective, RefusesFreeLenses) {
+  EXPECT_THROW(DenseObjective(small_problem(), Formulation{.objective = ObjectiveKind::ray}),
+               std::invalid_argument);
+}
+
+TEST(RayObjective, RefusesWhatTheLensCannotHaveSeen) {
+  Problem problem = small_problem();
+  problem.cameras[7] = -0.5;  // folds back at |p| = 0.816, where u = 0.544 f
+  problem.observation_camera[3] = 0;
+  problem.observations[6] = 2000;
+  EXPECT_THROW(DenseObjective(problem, Formulation{.lens = Lens::fixed,
+                                                   .objective = ObjectiveKind::ray}),
+               InputError);
+}
+
+TEST(RayObjective, TellsAPointBehindTheCameraFromOneInFront) {
+  Problem problem = small_problem({.pixel_noise = 0, .parameter_noise = 0});
+  const Formulation ray = {.lens = Lens::fixed, .objective = ObjectiveKind::ray};
+  const Formulation pixel = {.lens = Lens::fixed};
+  EXPECT_LE(DenseObjective(problem, ray).cost(), 1e-12);
+  // Every observer's view of the point, mirrored in its centre, is seen from two cameras only in
+  // turn: of one observation alone pixels cannot tell.
+  problem.observation_camera.resize(1);
+  problem.observation_point.resize(1);
+  problem.observations.resize(2);
+  const double* camera = &problem.cameras[9 * std::size_t(problem.observation_camera[0])];
+  double* point = &problem.points[3 * std::size_t(problem.observation_point[0])];
+  const Vector3d P = -so3::exp(Vector3d(camera[0], camera[1], camera[2])).transpose() *
+                     Vector3d(camera[3], camera[4], camera[5]);
+  for (int i = 0; i < 3; ++i) point[i] = 2 * P[i] - point[i];
+  EXPECT_LE(DenseObjective(problem, pixel).cost(), 1e-12);
+  EXPECT_NEAR(DenseObjective(problem, ray).cost(), 0.5 * 4 * camera[6] * camera[6], 1e-6);
+}
+
+}  // namespace
+}  // namespace raybundle
