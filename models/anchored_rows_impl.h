@@ -71,13 +71,11 @@ struct AnchoredRows {
   // Calls visit(row, point) for rows [first, last).
   template <bool derivatives, class Visit>
   static void for_rows(const ResidualInput& in, Index first, Index last, Visit&& visit) {
-    AnchoredPoint point;
-    for (Index row = first, at = -1; row < last; ++row) {
-      if (in.row_point[row] != at) {
-        at = in.row_point[row];
-        prepare<derivatives>(in, at, point);
-      }
-      visit(row, point);
+    for (Index row = first; row < last;) {
+      const std::int32_t at = in.row_point[row];
+      AnchoredPoint point;
+      prepare<derivatives>(in, at, point);
+      for (; row < last && in.row_point[row] == at; ++row) visit(row, point);
     }
   }
 

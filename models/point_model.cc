@@ -13,6 +13,8 @@ using Eigen::Vector3d;
 using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using Map3 = Eigen::Map<const Vector3d>;
 
+Eigen::Map<Vector3d> vector(double* x) { return Eigen::Map<Vector3d>(x); }
+
 // Farther away a point is as good as at infinity: a pixel is more than 1e-6 of a radian.
 constexpr double farthest = 1e12;
 
@@ -50,7 +52,7 @@ void store_direction(PointModel model, const Vector3d& w, const double* R_cw, do
     stored[0] = std::atan2(w.x(), w.z());
     stored[1] = std::atan2(w.y(), std::hypot(w.x(), w.z()));
   } else {
-    Eigen::Map<Vector3d>(stored) = (Eigen::Map<const RowMajor>(R_cw) * w).normalized();
+    vector(stored) = (Eigen::Map<const RowMajor>(R_cw) * w).normalized();
   }
 }
 
@@ -77,7 +79,7 @@ void to_world(PointModel model, const double* stored, const AnchorPoses& anchors
   const double distance = std::abs(ray.k) < limit * std::abs(ray.s)
                               ? ray.k / ray.s
                               : std::copysign(limit, ray.k) * (std::signbit(ray.s) ? -1 : 1);
-  Eigen::Map<Vector3d>(X) = Map3(anchors.P) + distance * ray.w;
+  vector(X) = Map3(anchors.P) + distance * ray.w;
 }
 
 void from_world(PointModel model, const double* X, const AnchorPoses& anchors, double* stored) {
@@ -113,7 +115,7 @@ void from_rays(PointModel model, const AnchorRays& rays, const AnchorPoses& anch
   }
   switch (model) {
     case PointModel::xyz:
-      Eigen::Map<Vector3d>(stored) = Map3(anchors.P) + w / inverse_distance;
+      vector(stored) = Map3(anchors.P) + w / inverse_distance;
       return;
     case PointModel::idp:
       store_direction(model, w, anchors.R_cw, stored);
@@ -146,7 +148,7 @@ void retract_point(PointModel model, const double* stored, const double* step, d
       // Exp(turn) n, with turn perpendicular to n.
       const Vector3d moved = std::cos(size) * n + sinc * turn.cross(n);
       next[3] = stored[3] + step[0];
-      Eigen::Map<Vector3d>(next) = moved.normalized();
+      vector(next) = moved.normalized();
       return;
     }
   }

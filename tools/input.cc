@@ -7,11 +7,13 @@
 
 #include <raybundle/models/io/bal.h>
 #include <raybundle/models/io/file_content.h>
+#include <raybundle/models/io/parallaxba.h>
 #include <raybundle/tools/decompress.h>
 
 namespace raybundle::tools {
 
 Problem read_input(const std::string& input) {
+  if (io::is_parallaxba(input)) return io::read_parallaxba(input);
   std::optional<io::FileContent> content;
   if (input == "-") {
     content.emplace(STDIN_FILENO, input);

@@ -73,7 +73,7 @@ Problem sub_dataset(const Problem& problem, std::int64_t frames, std::uint64_t s
 
 Linearised::Linearised(const Problem& problem, linalg::ThreadPool& threads)
     : pool(threads),
-      objective(problem, PoseUpdate::global, Lens::free, threads),
+      objective(problem, {.pose_update = PoseUpdate::global}, threads),
       J(objective.layout()),
       normal(objective.layout()),
       residual(index(objective.layout().residuals())) {}

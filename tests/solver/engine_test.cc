@@ -75,7 +75,7 @@ TEST(Engine, AnAcceptedCostIsTheCandidatesToTheBit) {
       if (record.iteration == 0 || !record.accepted) continue;
       EXPECT_EQ(record.cost, record.candidate_cost) << "iteration " << record.iteration;
     }
-    DenseObjective end(problem, summary.options.pose_update, summary.options.lens);
+    DenseObjective end(problem, formulation(summary.options));
     EXPECT_EQ(summary.final_cost, end.objective().cost(end.state()));
   }
 }

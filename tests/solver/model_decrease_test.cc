@@ -80,7 +80,7 @@ TEST_P(ModelDecrease, IsTheDefinitionAndTheShortForm) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     Problem problem =
         test::small_problem({.seed = seed, .points = 25, .points_seen_once = 1, .far_points = 1});
-    DenseObjective at(problem, options().pose_update, options().lens);
+    DenseObjective at(problem, options().pose_update, Lens::free);
     const DenseStep dense(at, *options().damping_matrix, *options().initial_damping);
     const VectorXd p = StepFixture(at, options()).solve(dense.damping).step;
     if (options().method == Method::tnm) {
