@@ -11,9 +11,11 @@ namespace raybundle {
 ///   ray    the direction to the point with that of the observed ray, 3 numbers  [Liu18, Eq. 7, 8]
 enum class ObjectiveKind { pixel, ray };
 
-/// What multiplies a ray's residual: the focal length of its camera, which makes it one of pixels,
-/// near enough, or 1 as in [Liu18, Eq. 7].
-enum class RayWeight { focal, unit };
+/// What multiplies a ray's residual:
+///   pixel  pixels per radian where it was observed: the residual is one of pixels, near enough
+///   focal  the focal length of its camera: the same in the image's centre
+///   unit   1, as in [Liu18, Eq. 7]
+enum class RayWeight { pixel, focal, unit };
 
 /// The seven freedoms that no observation sees: position, orientation and scale of everything.
 ///   free   damping and trust regions choose among them
@@ -28,7 +30,7 @@ struct Formulation {
   Lens lens = Lens::free;
   PointModel points = PointModel::xyz;
   ObjectiveKind objective = ObjectiveKind::pixel;
-  RayWeight ray_weight = RayWeight::focal;
+  RayWeight ray_weight = RayWeight::pixel;
   Gauge gauge = Gauge::free;
 };
 

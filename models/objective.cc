@@ -55,10 +55,10 @@ Objective::Objective(const Problem& problem, const Formulation& formulation,
 void Objective::compile_layout(const Problem& problem) {
   const bool anchored = is_anchored(formulation_.points);
   const bool ray = formulation_.objective == ObjectiveKind::ray;
-  if (ray) rays_ = in_row_order(rows_, observed_rays(problem), 3);
-  if (anchored) {
-    choose_all_anchors(problem, ray ? rays_ : in_row_order(rows_, apparent_rays(problem), 3));
+  if (ray) {
+    rays_ = in_row_order(rows_, weighted(observed_rays(problem), problem, formulation_.ray_weight), 3);
   }
+  if (anchored) choose_all_anchors(problem, in_row_order(rows_, apparent_rays(problem), 3));
   const Sensor sensor = sensor_of(formulation_);
   const linalg::BlockSizes sizes = {residual_size(sensor), camera_unknowns(sensor),
                                     Problem::point_size};
@@ -181,8 +181,6 @@ void Objective::update_frames(const State& state) {
       Eigen::Map<so3::Vector3>(frame.P) =
           -(R_cw.transpose() * Eigen::Map<const so3::Vector3>(camera + 3));
       frame.aspect = aspect_;
-      frame.ray_scale =
-          formulation_.ray_weight == RayWeight::focal ? std::abs(camera[6]) : 1.0;
     }
   });
 }

@@ -86,8 +86,7 @@ State Objective::state_of(const Problem& problem) const {
 State Objective::state_from_rays(const Problem& problem) const {
   State state = state_of(problem);
   const Poses poses(problem.cameras);
-  const std::vector<double> rays =
-      rays_.empty() ? in_row_order(rows_, apparent_rays(problem), 3) : rays_;
+  const std::vector<double> rays = in_row_order(rows_, apparent_rays(problem), 3);
   const SeenRays seen = poses.seen(rows_, rays);
   const bool idp = formulation_.points == PointModel::idp;
   place_points(state, [&](std::int64_t i, double* stored) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <raybundle/models/formulation.h>
 #include <raybundle/models/problem.h>
 
 #include <array>
@@ -17,7 +18,11 @@ std::optional<std::array<double, 2>> undistort(const double* lens, const double*
 /// its camera's lens cannot have made.
 std::vector<double> observed_rays(const Problem& problem);
 
-/// The same, but for such an observation as if its camera had no distortion.
+/// observed_rays(), but for such an observation as if its camera had no distortion.
 std::vector<double> apparent_rays(const Problem& problem);
+
+/// The rays as long as their weights: pixel, focal or unit (models/formulation.h). Pixels per
+/// radian differ by direction; it is the geometric mean of both.
+std::vector<double> weighted(std::vector<double> rays, const Problem& problem, RayWeight weight);
 
 }  // namespace raybundle

@@ -14,13 +14,12 @@ struct CameraFrame {
   double t_cw[3];
   double lens[3];    ///< f, k1, k2
   double J_r[9];     ///< right Jacobian of the rotation vector; used by PoseUpdate::global
-  double aspect;     ///< f_y / f_x
-  double P[3];       ///< the centre; used by anchored points
-  double ray_scale;  ///< of ray residuals
+  double aspect;  ///< f_y / f_x
+  double P[3];    ///< the centre; used by anchored points
 };
 
 /// What one row range reads. Row r is the observation of point row_point[r] by camera
-/// row_camera[r]; observed holds a pixel (2) or a ray (3) per row.
+/// row_camera[r]; observed holds a pixel (2) or a ray (3), as long as its weight, per row.
 struct ResidualInput {
   const CameraFrame* cameras;
   const double* points;  ///< stored_size(model) numbers each

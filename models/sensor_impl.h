@@ -38,8 +38,8 @@ struct Measure {
                        double* r) {
     if constexpr (sensor == Sensor::ray) {
       // [Liu18, Eq. 7] with the sign of u - observed
-      const double scale = camera.ray_scale / __builtin_sqrt(dot(X_c, X_c));
-      for (int i = 0; i < 3; ++i) r[i] = scale * X_c[i] - camera.ray_scale * observed[i];
+      const double scale = __builtin_sqrt(dot(observed, observed) / dot(X_c, X_c));
+      for (int i = 0; i < 3; ++i) r[i] = scale * X_c[i] - observed[i];
     } else {
       bal_lens::project(camera.lens, X_c, r);
       r[0] -= observed[0];
@@ -52,10 +52,11 @@ struct Measure {
     if constexpr (sensor == Sensor::ray) {
       // d(X/|X|) = (I - d d^T) / |X|
       const double inverse = 1 / __builtin_sqrt(dot(X_c, X_c));
-      const double scale = camera.ray_scale * inverse;
+      const double weight = __builtin_sqrt(dot(observed, observed));
+      const double scale = weight * inverse;
       for (int i = 0; i < 3; ++i) {
         const double d_i = X_c[i] * inverse;
-        r[i] = camera.ray_scale * (d_i - observed[i]);
+        r[i] = weight * d_i - observed[i];
         for (int j = 0; j < 3; ++j) A[3 * i + j] = -scale * d_i * X_c[j] * inverse;
         A[3 * i + i] += scale;
       }

@@ -45,7 +45,7 @@ void visit_options(AnyOptions& o, Visit&& visit) {
         OptionInfo{"point-start", "where points start: as given, or from two of their rays"});
   visit(o.objective, OptionInfo{"objective", "what a residual compares"});
   visit(o.ray_weight,
-        OptionInfo{"ray-weight", "weight of a ray's residual, 1 or its focal length; auto: focal"});
+        OptionInfo{"ray-weight", "weight of a ray's residual; auto: pixel"});
   visit(o.gauge, OptionInfo{"gauge",
                             "whether the first pose and the scale stay; auto: free, dogleg: fixed"});
   visit(o.loss, OptionInfo{"loss", "robust loss; auto: none, irls: tukey"});
@@ -135,7 +135,7 @@ inline constexpr int enum_count<PointStart> = 2;
 template <>
 inline constexpr int enum_count<ObjectiveKind> = 2;
 template <>
-inline constexpr int enum_count<RayWeight> = 2;
+inline constexpr int enum_count<RayWeight> = 3;
 template <>
 inline constexpr int enum_count<Gauge> = 2;
 

@@ -216,7 +216,7 @@ const char* name(PointModel value) {
 const char* name(PointStart value) { return pick(std::array{"problem", "rays"}, value); }
 const char* name(ObjectiveKind value) { return pick(std::array{"pixel", "ray"}, value); }
 const char* name(Gauge value) { return pick(std::array{"free", "fixed"}, value); }
-const char* name(RayWeight value) { return pick(std::array{"focal", "unit"}, value); }
+const char* name(RayWeight value) { return pick(std::array{"pixel", "focal", "unit"}, value); }
 
 Options resolve(const Options& options) {
   visit_options(options,
@@ -236,7 +236,7 @@ Options resolve(const Options& options) {
   const bool ray = options.objective == ObjectiveKind::ray;
   effective.lens = options.lens.value_or(ray ? Lens::fixed : Lens::free);
   effective.gauge = options.gauge.value_or(method.gauge);
-  if (ray) effective.ray_weight = options.ray_weight.value_or(RayWeight::focal);
+  if (ray) effective.ray_weight = options.ray_weight.value_or(RayWeight::pixel);
   if (method.bounded) {
     const double first = options.initial_radius.value_or(1);
     effective.min_radius = options.min_radius.value_or(std::min(1e-32, first));
@@ -253,7 +253,7 @@ Formulation formulation(const Options& options) {
           .lens = *options.lens,
           .points = options.points,
           .objective = options.objective,
-          .ray_weight = options.ray_weight.value_or(RayWeight::focal),
+          .ray_weight = options.ray_weight.value_or(RayWeight::pixel),
           .gauge = *options.gauge};
 }
 

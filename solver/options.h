@@ -53,7 +53,7 @@ struct Options {
   PointModel points = PointModel::xyz;
   PointStart point_start = PointStart::problem;
   ObjectiveKind objective = ObjectiveKind::pixel;
-  std::optional<RayWeight> ray_weight = {};  ///< empty: focal
+  std::optional<RayWeight> ray_weight = {};  ///< empty: pixel
   std::optional<Gauge> gauge = {};           ///< empty: free; fixed where nothing damps
 
   std::optional<Loss> loss = {};             ///< empty: none; irls: tukey

@@ -3,6 +3,7 @@
 
 #include <raybundle/models/objective.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -13,6 +14,8 @@
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <raybundle/models/error.h>
 #include <raybundle/models/rays.h>
@@ -33,6 +36,21 @@ using Eigen::VectorXd;
 using test::DenseObjective;
 using test::small_problem;
 
+// |d u / d ray| of a lens of f = 1: the area that a small patch of rays takes in the image.
+double pixels_per_radian(const double* lens, const Vector3d& ray) {
+  const auto project = [&](const Vector3d& d) -> Eigen::Vector2d {
+    const Eigen::Vector2d p = -d.head<2>() / d.z();
+    const double n = p.squaredNorm();
+    return (1 + lens[1] * n + lens[2] * n * n) * p;
+  };
+  const Vector3d a = ray.unitOrthogonal(), b = ray.cross(a);
+  constexpr double h = 1e-6;
+  Eigen::Matrix2d J;
+  J.col(0) = (project(ray + h * a) - project(ray - h * a)) / (2 * h);
+  J.col(1) = (project(ray + h * b) - project(ray - h * b)) / (2 * h);
+  return std::abs(J.determinant());
+}
+
 // 1/2 sum |w (xi(X_c) - v)|^2, spelled out.
 double ray_cost(const Problem& problem, RayWeight weight) {
   const std::vector<double> rays = observed_rays(problem);
@@ -44,7 +62,8 @@ double ray_cost(const Problem& problem, RayWeight weight) {
                              Vector3d(point[0], point[1], point[2]) +
                          Vector3d(camera[3], camera[4], camera[5]);
     const Vector3d ray(rays[3 * k], rays[3 * k + 1], rays[3 * k + 2]);
-    const double w = weight == RayWeight::focal ? std::abs(camera[6]) : 1.0;
+    double w = weight == RayWeight::unit ? 1.0 : std::abs(camera[6]);
+    if (weight == RayWeight::pixel) w *= std::sqrt(pixels_per_radian(camera + 6, ray));
     sum += w * w * (X_c.normalized() - ray).squaredNorm();
   }
   return 0.5 * sum;
@@ -71,7 +90,7 @@ std::string name_of(const Formulation& f) {
   constexpr const char* models[] = {"Xyz", "Idp", "Pba", "Pmba"};
   constexpr const char* updates[] = {"Global", "Local", "Se3"};
   const std::string objective =
-      f.objective == ObjectiveKind::ray ? (f.ray_weight == RayWeight::unit ? "UnitRay" : "Ray")
+      f.objective == ObjectiveKind::ray ? std::array{"Ray", "FocalRay", "UnitRay"}[static_cast<std::size_t>(f.ray_weight)]
                                         : (f.lens == Lens::free ? "PixelLens" : "Pixel");
   return models[static_cast<int>(f.points)] + objective + updates[static_cast<int>(f.pose_update)];
 }
@@ -83,7 +102,7 @@ std::vector<Formulation> formulations() {
       for (const Lens lens : {Lens::free, Lens::fixed}) {
         list.push_back({.pose_update = update, .lens = lens, .points = points});
       }
-      for (const RayWeight weight : {RayWeight::focal, RayWeight::unit}) {
+      for (const RayWeight weight : {RayWeight::pixel, RayWeight::focal, RayWeight::unit}) {
         list.push_back({.pose_update = update,
                         .lens = Lens::fixed,
                         .points = points,
@@ -215,7 +234,9 @@ TEST(RayObjective, TellsAPointBehindTheCameraFromOneInFront) {
                      Vector3d(camera[3], camera[4], camera[5]);
   for (int i = 0; i < 3; ++i) point[i] = 2 * P[i] - point[i];
   EXPECT_LE(DenseObjective(problem, pixel).cost(), 1e-12);
-  EXPECT_NEAR(DenseObjective(problem, ray).cost(), 0.5 * 4 * camera[6] * camera[6], 1e-6);
+  const Formulation focal = {
+      .lens = Lens::fixed, .objective = ObjectiveKind::ray, .ray_weight = RayWeight::focal};
+  EXPECT_NEAR(DenseObjective(problem, focal).cost(), 0.5 * 4 * camera[6] * camera[6], 1e-6);
 }
 
 }  // namespace
