@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -22,13 +21,6 @@ using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 constexpr std::int64_t row_grain = 512;
 /// Rows that a loss weights at a time, while they are in the first-level cache.
 constexpr std::int64_t weighted_rows = 64;
-
-Sensor sensor_of(const Formulation& formulation) {
-  if (formulation.objective == ObjectiveKind::ray && formulation.lens == Lens::free) {
-    throw std::invalid_argument("rays are of undistorted pixels: the lenses must be fixed");
-  }
-  return sensor_for(formulation.objective, formulation.lens);
-}
 
 }  // namespace
 
@@ -56,7 +48,12 @@ void Objective::compile_layout(const Problem& problem) {
   const bool anchored = is_anchored(formulation_.points);
   const bool ray = formulation_.objective == ObjectiveKind::ray;
   if (ray) {
-    rays_ = in_row_order(rows_, weighted(observed_rays(problem), problem, formulation_.ray_weight), 3);
+    rays_ = in_row_order(rows_, observed_rays(problem), 3);
+    if (formulation_.ray_weight == RayWeight::focal) {
+      for (std::size_t i = 0; i < rays_.size(); ++i) {
+        rays_[i] *= std::abs(problem.cameras[9 * index(rows_.camera[i / 3]) + 6]);
+      }
+    }
   }
   if (anchored) choose_all_anchors(problem, in_row_order(rows_, apparent_rays(problem), 3));
   const Sensor sensor = sensor_of(formulation_);

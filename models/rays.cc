@@ -92,24 +92,4 @@ std::vector<double> apparent_rays(const Problem& problem) {
   });
 }
 
-std::vector<double> weighted(std::vector<double> rays, const Problem& problem, RayWeight weight) {
-  if (weight == RayWeight::unit) return rays;
-  for (std::size_t k = 0; k < problem.observation_camera.size(); ++k) {
-    const auto camera = static_cast<std::size_t>(problem.observation_camera[k]);
-    const double* lens = problem.cameras.data() + Problem::camera_size * camera + 6;
-    double scale = std::abs(lens[0]) * std::sqrt(problem.aspect);
-    double* ray = rays.data() + 3 * k;
-    if (weight == RayWeight::pixel) {
-      // With r = |p| = tan(angle): dr per radian is 1 + r^2 along the radius and sqrt(1 + r^2)
-      // across; the lens then stretches by d(r g)/dr and g.
-      const double t = 1 / (ray[2] * ray[2]) - 1;
-      const double across = 1 + t * (lens[1] + t * lens[2]);
-      const double along = 1 + t * (3 * lens[1] + 5 * t * lens[2]);
-      scale *= std::sqrt(across * along) * std::pow(1 + t, 0.75);
-    }
-    for (int i = 0; i < 3; ++i) ray[i] *= scale;
-  }
-  return rays;
-}
-
 }  // namespace raybundle

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <raybundle/models/formulation.h>
 #include <raybundle/models/problem.h>
 
 #include <array>
@@ -20,9 +19,5 @@ std::vector<double> observed_rays(const Problem& problem);
 
 /// observed_rays(), but for such an observation as if its camera had no distortion.
 std::vector<double> apparent_rays(const Problem& problem);
-
-/// The rays as long as their weights: pixel, focal or unit (models/formulation.h). Pixels per
-/// radian differ by direction; it is the geometric mean of both.
-std::vector<double> weighted(std::vector<double> rays, const Problem& problem, RayWeight weight);
 
 }  // namespace raybundle

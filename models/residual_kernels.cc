@@ -2,23 +2,29 @@
 
 #include <raybundle/linalg/cpu.h>
 
+#include <stdexcept>
+
 namespace raybundle {
 
 namespace baseline {
-extern const ResidualKernels residual_kernel_table[2][3][3];
+extern const ResidualKernels residual_kernel_table[2][3][sensors];
 }
 #ifdef RAYBUNDLE_HAVE_X86_KERNELS
 namespace avx2 {
-extern const ResidualKernels residual_kernel_table[2][3][3];
+extern const ResidualKernels residual_kernel_table[2][3][sensors];
 }
 namespace avx512 {
-extern const ResidualKernels residual_kernel_table[2][3][3];
+extern const ResidualKernels residual_kernel_table[2][3][sensors];
 }
 #endif
 
-Sensor sensor_for(ObjectiveKind objective, Lens lens) {
-  if (objective == ObjectiveKind::ray) return Sensor::ray;
-  return lens == Lens::free ? Sensor::pixel_and_lens : Sensor::pixel;
+Sensor sensor_of(const Formulation& formulation) {
+  const bool lens = formulation.lens == Lens::free;
+  if (formulation.objective == ObjectiveKind::pixel) {
+    return lens ? Sensor::pixel_and_lens : Sensor::pixel;
+  }
+  if (lens) throw std::invalid_argument("rays are of undistorted pixels: the lenses must be fixed");
+  return formulation.ray_weight == RayWeight::pixel ? Sensor::pixel_ray : Sensor::ray;
 }
 
 const ResidualKernels& residual_kernels(bool anchored, PoseUpdate update, Sensor sensor) {

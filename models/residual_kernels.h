@@ -19,7 +19,7 @@ struct CameraFrame {
 };
 
 /// What one row range reads. Row r is the observation of point row_point[r] by camera
-/// row_camera[r]; observed holds a pixel (2) or a ray (3), as long as its weight, per row.
+/// row_camera[r]; observed holds a pixel (2) or a ray (3) per row.
 struct ResidualInput {
   const CameraFrame* cameras;
   const double* points;  ///< stored_size(model) numbers each
@@ -51,11 +51,16 @@ struct ResidualKernels {
                       std::int64_t last);
 };
 
-/// What differs between kernels. Rays leave the lenses as they are.
-enum class Sensor { pixel_and_lens, pixel, ray };
-constexpr int residual_size(Sensor sensor) { return sensor == Sensor::ray ? 3 : 2; }
+/// What differs between kernels. Rays leave the lenses as they are: `ray` has the length of an
+/// observed ray for its weight, `pixel_ray` is weighted by the pixels per radian of its lens.
+enum class Sensor { pixel_and_lens, pixel, ray, pixel_ray };
+inline constexpr int sensors = 4;
+constexpr int residual_size(Sensor sensor) {
+  return sensor == Sensor::ray || sensor == Sensor::pixel_ray ? 3 : 2;
+}
 constexpr int camera_unknowns(Sensor sensor) { return sensor == Sensor::pixel_and_lens ? 9 : 6; }
-Sensor sensor_for(ObjectiveKind objective, Lens lens);
+/// Throws std::invalid_argument for rays and free lenses.
+Sensor sensor_of(const Formulation& formulation);
 
 const ResidualKernels& residual_kernels(bool anchored, PoseUpdate update, Sensor sensor);
 

@@ -13,7 +13,7 @@ constexpr ResidualKernels kernels = {&Rows::cost, &Rows::residuals,
 #define RAYBUNDLE_BY_SENSOR(Rows, update)                                                    \
   {                                                                                          \
     kernels<Rows<Sensor::pixel_and_lens>, update>, kernels<Rows<Sensor::pixel>, update>,     \
-        kernels<Rows<Sensor::ray>, update>                                                   \
+        kernels<Rows<Sensor::ray>, update>, kernels<Rows<Sensor::pixel_ray>, update>         \
   }
 #define RAYBUNDLE_BY_UPDATE(Rows)                                                            \
   {                                                                                          \
@@ -25,7 +25,7 @@ constexpr ResidualKernels kernels = {&Rows::cost, &Rows::residuals,
 }  // namespace
 
 // Indexed by anchored, PoseUpdate and Sensor, in the order of their values.
-extern const ResidualKernels residual_kernel_table[2][3][3] = {RAYBUNDLE_BY_UPDATE(XyzRows),
+extern const ResidualKernels residual_kernel_table[2][3][sensors] = {RAYBUNDLE_BY_UPDATE(XyzRows),
                                                                RAYBUNDLE_BY_UPDATE(AnchoredRows)};
 
 #undef RAYBUNDLE_BY_SENSOR

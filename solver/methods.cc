@@ -54,8 +54,8 @@ constexpr std::array table = {
                  .inner = InnerSolve::dogleg,
                  .damped = false,
                  .bounded = true,
-                 .scaling = DiagonalMatrix::diag_h,
-                 .gauge = Gauge::fixed},
+                 .gauge = Gauge::fixed,
+                 .radius = {.shrink = 0.5, .grow = 3}},
     // [Qu18, Alg. 11]
     MethodTraits{.method = Method::irls,
                  .name = "irls",

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <raybundle/solver/options.h>
+#include <raybundle/solver/trust_radius.h>
 
 namespace raybundle {
 
@@ -25,6 +26,7 @@ struct MethodTraits {
   double forcing = 0.1;
   int max_inner_iterations = 1000;
   Gauge gauge = Gauge::free;
+  RadiusRule radius = {};
   Loss loss = Loss::none;
   bool graduated = false;  ///< starts with a wider loss, as the residuals of the start ask for
 };

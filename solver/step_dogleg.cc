@@ -19,7 +19,8 @@ namespace {
 using linalg::index;
 
 // Where the normal equations cannot be factorised, diag(H) times these is added in turn: nothing at
-// first, and at most a step that is still mostly Gauss-Newton's.
+// first (the least where the gauge is free, which makes them singular), and at most a step that is
+// still mostly Gauss-Newton's.
 constexpr double least_regularisation = 1e-12;
 constexpr double most_regularisation = 1e-2;
 constexpr double regularisation_factor = 100;
@@ -29,6 +30,7 @@ class DoglegStep final : public StepSolver {
   DoglegStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool)
       : pool_(pool),
         elimination_(*options.elimination),
+        first_regularisation_(options.gauge == Gauge::free ? least_regularisation : 0),
         newton_solver_(make_cholesky_step(options, layout, pool)),
         unknowns_(layout.unknowns()),
         cauchy_(index(unknowns_)),
@@ -43,7 +45,7 @@ class DoglegStep final : public StepSolver {
       find_cauchy_point(request);
       find_newton_point(request, report);
     }
-    report.regularisation = regularisation_;
+    report.regularisation = regularisation_ > first_regularisation_ ? regularisation_ : 0;
     if (!have_newton_) return report;
     report.solved = true;
     follow_path(request, step, report);
@@ -87,7 +89,7 @@ class DoglegStep final : public StepSolver {
 
   void find_newton_point(const StepRequest& request, StepReport& report) {
     request.at.normal->diagonal(0, std::numeric_limits<double>::max(), diagonal_.data());
-    regularisation_ = 0;
+    regularisation_ = first_regularisation_;
     StepRequest inner = request;
     inner.damping = damping_.data();
     do {
@@ -152,6 +154,7 @@ class DoglegStep final : public StepSolver {
 
   linalg::ThreadPool& pool_;
   Elimination elimination_;
+  double first_regularisation_;
   std::unique_ptr<StepSolver> newton_solver_;
   std::int64_t unknowns_;
   std::vector<double> cauchy_;

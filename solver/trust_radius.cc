@@ -8,9 +8,9 @@ namespace raybundle {
 void TrustRadius::update(double rho, bool on_boundary, double length) {
   if (std::isinf(radius_) && length > 0 && std::isfinite(length)) radius_ = length;
   if (!(rho >= 0.25)) {
-    radius_ = 0.25 * (length > 0 ? std::min(radius_, length) : radius_);
+    radius_ = rule_.shrink * (length > 0 ? std::min(radius_, length) : radius_);
   } else if (rho > 0.75 && on_boundary) {
-    radius_ *= 2;
+    radius_ *= rule_.grow;
   }
 }
 

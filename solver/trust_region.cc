@@ -80,7 +80,7 @@ void TrustRegion::start_globalisation() {
   const Options& options = summary_.options;
   const MethodTraits& method = traits(options.method);
   if (method.damped) damping_.emplace(*options.initial_damping, *options.min_damping);
-  if (method.bounded) radius_.emplace(options.initial_radius);
+  if (method.bounded) radius_.emplace(options.initial_radius, method.radius);
   if (method.inner == InnerSolve::pcg && method.bounded && !method.damped) block_radius_.emplace(std::nullopt);
 }
 

@@ -14,8 +14,6 @@
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 
 #include <raybundle/models/error.h>
 #include <raybundle/models/rays.h>
@@ -36,22 +34,25 @@ using Eigen::VectorXd;
 using test::DenseObjective;
 using test::small_problem;
 
-// |d u / d ray| of a lens of f = 1: the area that a small patch of rays takes in the image.
-double pixels_per_radian(const double* lens, const Vector3d& ray) {
-  const auto project = [&](const Vector3d& d) -> Eigen::Vector2d {
-    const Eigen::Vector2d p = -d.head<2>() / d.z();
-    const double n = p.squaredNorm();
-    return (1 + lens[1] * n + lens[2] * n * n) * p;
-  };
-  const Vector3d a = ray.unitOrthogonal(), b = ray.cross(a);
-  constexpr double h = 1e-6;
-  Eigen::Matrix2d J;
-  J.col(0) = (project(ray + h * a) - project(ray - h * a)) / (2 * h);
-  J.col(1) = (project(ray + h * b) - project(ray - h * b)) / (2 * h);
-  return std::abs(J.determinant());
+Eigen::Vector2d project(const double* lens, const Vector3d& d) {
+  const Eigen::Vector2d p = -d.head<2>() / d.z();
+  const double n = p.squaredNorm();
+  return lens[0] * (1 + lens[1] * n + lens[2] * n * n) * p;
 }
 
-// 1/2 sum |w (xi(X_c) - v)|^2, spelled out.
+// What a difference of rays at `ray` is in pixels, by differences; along the ray f.
+Eigen::Matrix3d pixels_of(const double* lens, const Vector3d& ray) {
+  constexpr double h = 1e-5;
+  Eigen::Matrix3d W;
+  for (int i = 0; i < 3; ++i) {
+    const Vector3d e = h * Vector3d::Unit(i);
+    W.col(i).head<2>() = (project(lens, ray + e) - project(lens, ray - e)) / (2 * h);
+  }
+  W.row(2) = lens[0] * ray.transpose();
+  return W;
+}
+
+// 1/2 sum |W (xi(X_c) - v)|^2, spelled out.
 double ray_cost(const Problem& problem, RayWeight weight) {
   const std::vector<double> rays = observed_rays(problem);
   double sum = 0;
@@ -62,9 +63,10 @@ double ray_cost(const Problem& problem, RayWeight weight) {
                              Vector3d(point[0], point[1], point[2]) +
                          Vector3d(camera[3], camera[4], camera[5]);
     const Vector3d ray(rays[3 * k], rays[3 * k + 1], rays[3 * k + 2]);
-    double w = weight == RayWeight::unit ? 1.0 : std::abs(camera[6]);
-    if (weight == RayWeight::pixel) w *= std::sqrt(pixels_per_radian(camera + 6, ray));
-    sum += w * w * (X_c.normalized() - ray).squaredNorm();
+    Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
+    if (weight == RayWeight::focal) W *= camera[6];
+    if (weight == RayWeight::pixel) W = pixels_of(camera + 6, ray);
+    sum += (W * (X_c.normalized() - ray)).squaredNorm();
   }
   return 0.5 * sum;
 }

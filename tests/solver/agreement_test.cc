@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Core>
 
+#include <raybundle/solver/methods.h>
 #include <raybundle/solver/option_table.h>
 #include <raybundle/tests/support/dense_step.h>
 #include <raybundle/tests/support/small_problem.h>
@@ -136,7 +137,8 @@ TEST(SameMinimumByDefault, IsReachedByEveryMethod) {
                          .loss = Loss::none,
                          .max_iterations = 300,
                          .function_tolerance = 1e-12};
-      if (options.method != Method::lm_cholesky) {
+      const bool iterates = traits(options.method).inner == InnerSolve::pcg;
+      if (iterates) {
         options.forcing_rule = static_cast<ForcingRule>(rule);
       }
       Problem problem = problem_to_solve();

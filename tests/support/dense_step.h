@@ -105,7 +105,7 @@ class StepFixture {
 
   Result solve(const Eigen::VectorXd& damping,
                double radius = std::numeric_limits<double>::infinity(),
-               std::optional<double> block_radius = {}) {
+               std::optional<double> block_radius = {}, bool relinearised = true) {
     std::vector<double> inverse;
     const DiagonalMatrix scaling = options_.scaling.value_or(DiagonalMatrix::identity);
     if (scaling != DiagonalMatrix::identity) {
@@ -117,6 +117,7 @@ class StepFixture {
     const Forcing forcing(options_.forcing_rule.value_or(ForcingRule::thesis),
                           options_.forcing.value_or(0));
     const StepRequest request = {.at = {&at_.blocks(), &normal_, at_.residual().data()},
+                                 .relinearised = relinearised,
                                  .damping = damping.data(),
                                  .inverse_scaling = inverse.empty() ? nullptr : inverse.data(),
                                  .radius = radius,
