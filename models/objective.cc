@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <string>
 
@@ -46,6 +47,8 @@ Objective::Objective(const Problem& problem, PoseUpdate update, Lens lens, linal
   layout_ = linalg::make_layout({2, hub_size(lens), Problem::point_size}, problem.camera_count(),
                                 problem.point_count(), row_point_, row_camera_);
   frames_.resize(index(problem.camera_count()));
+  constexpr double resolution = 1000 * std::numeric_limits<double>::epsilon();
+  for (const double x : observed_) rounding_cost_ += 0.5 * resolution * resolution * x * x;
 }
 
 void Objective::check_fixed() const {

@@ -35,6 +35,10 @@ class Objective {
   const linalg::BlockLayout& layout() const { return layout_; }
   static State state_of(const Problem& problem) { return {problem.cameras, problem.points}; }
 
+  /// The cost of residuals of 1000 rounding errors of their observations. Less tells nothing: the
+  /// coordinates that a residual is computed from add errors of their own.
+  double rounding_cost() const { return rounding_cost_; }
+
   double loss_scale() const { return loss_.scale; }  ///< pixels
   /// Cost and derivatives are those of the new scale from here on. Throws InputError.
   void set_loss_scale(double scale);
@@ -78,6 +82,7 @@ class Objective {
   std::vector<std::int32_t> row_camera_;
   std::vector<std::int32_t> row_point_;
   std::vector<double> observed_;
+  double rounding_cost_ = 0;
   std::vector<CameraFrame> frames_;
   std::vector<std::uint16_t> fixed_camera_parameters_;
   std::vector<std::uint8_t> fixed_points_;

@@ -140,15 +140,19 @@ double upper_median(std::vector<double> values) {
   return *middle;
 }
 
-double median_residual(const Problem& problem) {
+std::vector<double> median_residuals(const Problem& problem) {
   const Reprojection reprojection(problem);
-  std::vector<double> squares(index(problem.observation_count()));
+  std::vector<std::vector<double>> squares(index(problem.camera_count()));
   std::int64_t unused = 0;
   for (std::int64_t k = 0; k < problem.observation_count(); ++k) {
     const double squared = reprojection.squared_residual(k, unused);
-    squares[index(k)] = std::isnan(squared) ? std::numeric_limits<double>::infinity() : squared;
+    squares[index(problem.observation_camera[index(k)])].push_back(
+        std::isnan(squared) ? std::numeric_limits<double>::infinity() : squared);
   }
-  return std::sqrt(upper_median(std::move(squares)));
+  std::vector<double> medians;
+  medians.reserve(squares.size());
+  for (auto& of_camera : squares) medians.push_back(std::sqrt(upper_median(std::move(of_camera))));
+  return medians;
 }
 
 }  // namespace raybundle

@@ -70,7 +70,8 @@ TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::Thread
       J_step_(index(objective.layout().residuals())),
       increments_(increments(options)),
       loss_(options),
-      convergence_(options, objective.layout().residuals()) {
+      convergence_(options, objective.layout().residuals(), objective.rounding_cost()) {
+  summary_.rounding = objective.rounding_cost();
   summary_.options = options;
   if (options.forcing) forcing_.emplace(*options.forcing_rule, *options.forcing);
   start_globalisation();
