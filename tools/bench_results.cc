@@ -176,7 +176,9 @@ BenchResults read_results(const BenchPlan& plan) {
   for (const BenchProblem& problem : plan.problems) {
     for (const BenchVariant& variant : plan.variants) {
       for (int run = 1; run <= plan.arguments.runs; ++run) {
-        if (!fs::exists(plan.run_path(problem, variant, run).string() + ".run.json")) continue;
+        const auto outcome =
+            load_outcome(plan.run_path(problem, variant, run).string() + ".run.json");
+        if (!outcome || !is_of_variant(outcome->stamp, variant, plan.arguments)) continue;
         results.runs.push_back(read_run(plan, problem, variant, run));
       }
     }

@@ -73,7 +73,8 @@ RunResult read_run(const BenchPlan& plan, const BenchProblem& problem, const Ben
 /// of plain squares: where both are there, runs with a loss count as never there.
 void complete(const BenchPlan& plan, BenchResults& results);
 
-/// All runs that are there, completed.
+/// All runs that are there and were made with the plan's options, completed. What is left of an
+/// earlier plan is not of this one, even where the variant has the same name.
 BenchResults read_results(const BenchPlan& plan);
 
 /// One for each pair that has runs, problem by problem.
