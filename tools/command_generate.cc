@@ -125,7 +125,32 @@ scenes::Scene scene_of(const Arguments& arguments, scenes::Kind kind) {
   return scenes::photos_scene(options);
 }
 
+std::string kind_names() {
+  std::string names;
+  for (const scenes::Kind kind : scenes::all_kinds) {
+    names += (names.empty() ? "" : ", ") + std::string(scenes::name(kind));
+  }
+  return names;
+}
+
+std::string preset_names() {
+  std::string names;
+  for (const scenes::Preset& each : scenes::presets()) {
+    names += (names.empty() ? "" : ", ") + each.name;
+  }
+  return names;
+}
+
+void check_preset(const std::string& name) {
+  for (const scenes::Preset& each : scenes::presets()) {
+    if (each.name == name) return;
+  }
+  throw OptionError("'" + name + "' is neither a kind (" + kind_names() + ") nor a preset (" +
+                    preset_names() + ")");
+}
+
 Recipe preset_recipe(const Arguments& arguments) {
+  check_preset(arguments.what);
   const std::string why = arguments.what + " has counts of its own; --scale changes them";
   refuse("--cameras", arguments.cameras, why);
   refuse("--points", arguments.points, why);
@@ -231,14 +256,7 @@ ExitCode run(const Arguments& arguments) {
 }
 
 std::string what_help() {
-  std::string kinds, names;
-  for (const scenes::Kind kind : scenes::all_kinds) {
-    kinds += (kinds.empty() ? "" : ", ") + std::string(scenes::name(kind));
-  }
-  for (const scenes::Preset& each : scenes::presets()) {
-    names += (names.empty() ? "" : ", ") + each.name;
-  }
-  return "A kind (" + kinds + ")\nor a preset (" + names + ")";
+  return "A kind (" + kind_names() + ")\nor a preset (" + preset_names() + ")";
 }
 
 void add_scene_options(CLI::App& parser, Arguments& arguments) {

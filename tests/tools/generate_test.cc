@@ -122,6 +122,8 @@ TEST_F(Generate, RefusesWhatHasNoEffectOrNoSense) {
       {{"street", "--sights", "2"}, "--sights has no effect"},
       {{"photos", "--far", "0.1"}, "--far has no effect"},
       {{"aerial", "--scale", "2"}, "--scale has no effect"},
+      {{"sphere-11"},
+       "'sphere-11' is neither a kind (sphere, street, aerial, photos) nor a preset"},
       {{"sphere-10", "--cameras", "20"}, "--cameras has no effect"},
       {{"sphere-10", "--points", "20"}, "--points has no effect"},
       {{"sphere-10", "--observations", "20"}, "--observations has no effect"},
