@@ -189,7 +189,7 @@ inline std::vector<BlockSystemOptions> typical_systems() {
                     .unobserved_hubs = 2,
                     .unobserved_leaves = 3,
                     .poor_leaves = 2});
-    list.push_back({.seed = 5, .hub_size = hub_size, .hubs = 3, .leaves = 260, .duplicates = 5});
+    list.push_back({.seed = 5, .hub_size = hub_size, .hubs = 3, .leaves = 150, .duplicates = 5});
     list.push_back({.seed = 6, .hub_size = hub_size, .hubs = 12, .rows_per_leaf = 9});
   }
   return list;
