@@ -174,11 +174,16 @@ ExitCode run(const Arguments& arguments) {
   SolveRecord record;
   Problem problem = obtain(arguments, record);
   record.before = reprojection_statistics(problem);
+  const Options effective = resolve(arguments.options);
+  if (has_loss(effective)) record.robust_before = robust_statistics(problem, *effective.loss_scale);
 
   // Lives until all is written: by then an interrupt would only lose what has been computed.
   const InterruptGuard interrupt(!arguments.quiet);
   record.summary = solve_shown(arguments, interrupt, problem);
   record.after = reprojection_statistics(problem);
+  if (has_loss(effective)) record.robust_after = robust_statistics(problem, *effective.loss_scale);
+  record.warnings = result_warnings(record);
+  for (const std::string& warning : record.warnings) say("warning: " + warning);
 
   if (!write_all(arguments, problem, record)) return ExitCode::failure;
   return exit_code(record.summary);

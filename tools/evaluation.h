@@ -40,6 +40,7 @@ std::string evaluation_json(const Evaluation& evaluation);
 
 /// One line per camera: camera, observations, rmse, largest, x, y, z (the centre) and, with a
 /// truth, error after the alignment of the cameras (nan for cameras nobody observes). Throws
+/// std::system_error.
 void write_cameras_csv(const std::string& output, const Problem& problem,
                        const ReprojectionBreakdown& breakdown,
                        const std::optional<TruthErrors>& truth);
