@@ -1,5 +1,6 @@
 // raybundle generate, as its users meet it.
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -62,6 +63,19 @@ TEST_F(Generate, IsTheLibrarysPreset) {
   EXPECT_EQ(truth.cameras, scene.truth.cameras);
   EXPECT_EQ(truth.points, scene.truth.points);
   EXPECT_EQ(truth.observation_count(), 1834);
+}
+
+TEST_F(Generate, TheStreetThatSolveMakesHasTheSameTruth) {
+  ASSERT_EQ(generate({"street", "--seed", "5"}).code, 0);
+  const std::string made = (folder_ / "made.txt").string();
+  ASSERT_EQ(run({"solve", "--seed", "5", "--max-iterations", "0", "-o", made}).code, 0);
+  Problem problem = io::read_bal(made);
+  const Problem truth = io::read_bal(truth_);
+  EXPECT_EQ(problem.observation_camera, truth.observation_camera);
+  EXPECT_EQ(problem.observation_point, truth.observation_point);
+  problem.cameras = truth.cameras;
+  problem.points = truth.points;
+  EXPECT_NEAR(reprojection_statistics(problem).rmse, 0.5 * std::sqrt(2), 0.01);
 }
 
 TEST_F(Generate, ScalesPresets) {
