@@ -13,6 +13,7 @@
 #include <CLI/Formatter.hpp>
 
 #include <raybundle/models/error.h>
+#include <raybundle/models/io/atomic_file.h>
 #include <raybundle/models/io/bal.h>
 #include <raybundle/models/scenes/aerial.h>
 #include <raybundle/models/scenes/noise.h>
@@ -149,22 +150,45 @@ Recipe recipe_of(const Arguments& arguments) {
   return recipe;
 }
 
-/// scene.txt -> scene.truth.txt; nothing beside standard output.
-std::string truth_path(const Arguments& arguments) {
-  if (!arguments.truth.empty() || arguments.output == "-") return arguments.truth;
-  const std::filesystem::path output = arguments.output;
-  std::filesystem::path name = output.stem();
-  name += ".truth";
-  name += output.extension();
-  return (output.parent_path() / name).string();
+/// ("scene.txt", "truth") -> "scene.truth.txt"; nothing beside standard output.
+std::string beside(const std::string& output, const std::string& what) {
+  if (output == "-") return "";
+  const std::filesystem::path path = output;
+  std::filesystem::path name = path.stem();
+  name += "." + what;
+  name += path.extension();
+  return (path.parent_path() / name).string();
 }
 
-void check_outputs(const std::string& output, const std::string& truth) {
-  if (!truth.empty() && same_file(output, truth)) {
-    throw OptionError("--output and --truth are the same: " + output);
+/// Where all goes; empty: nowhere.
+struct Outputs {
+  std::string problem, truth, outliers;
+};
+
+Outputs outputs_of(const Arguments& arguments) {
+  Outputs outputs = {arguments.output, arguments.truth, ""};
+  if (outputs.truth.empty()) outputs.truth = beside(arguments.output, "truth");
+  if (arguments.outliers.value_or(0) > 0) outputs.outliers = beside(arguments.output, "outliers");
+  return outputs;
+}
+
+void check_outputs(const Outputs& outputs) {
+  if (!outputs.truth.empty() && same_file(outputs.problem, outputs.truth)) {
+    throw OptionError("--output and --truth are the same: " + outputs.problem);
   }
-  check_result("--output", output, "");
-  check_result("--truth", truth, "");
+  if (!outputs.outliers.empty() && same_file(outputs.outliers, outputs.truth)) {
+    throw OptionError("--truth is where the list of outliers goes: " + outputs.outliers);
+  }
+  check_result("--output", outputs.problem, "");
+  check_result("--truth", outputs.truth, "");
+  check_result("the list of outliers", outputs.outliers, "");
+}
+
+/// Their indices, from 0 in the order of the file, one per line.
+void write_outliers(const std::string& output, const std::vector<std::int64_t>& outliers) {
+  std::string text;
+  for (const std::int64_t index : outliers) text += std::to_string(index) + "\n";
+  io::write_file_atomically(output, text);
 }
 
 /// What is legal but deserves attention, and counts that the geometry could not give.
@@ -179,7 +203,7 @@ void warn(const Arguments& arguments, const StructureStatistics& structure) {
 }
 
 std::string report(const std::string& title, const StructureStatistics& s, const Problem& start,
-                   const scenes::NoisyProblem& noisy, const std::string& truth) {
+                   const scenes::NoisyProblem& noisy, const Outputs& outputs) {
   const ReprojectionStatistics before = reprojection_statistics(start);
   const ReprojectionStatistics there = reprojection_statistics(noisy.problem);
   const auto count = [](std::int64_t value) { return std::to_string(value); };
@@ -197,13 +221,14 @@ std::string report(const std::string& title, const StructureStatistics& s, const
                                               : count(s.components) + " sets of cameras");
   table.add("cost", format("%.6e at the start, %.6e at the truth", before.cost, there.cost));
   table.add("RMSE", format("%.6g px at the start, %.6g px at the truth", before.rmse, there.rmse));
-  if (!truth.empty()) table.add("truth", truth);
+  if (!outputs.truth.empty()) table.add("truth", outputs.truth);
+  if (!outputs.outliers.empty()) table.add("list of outliers", outputs.outliers);
   return title + "\n" + table.text();
 }
 
 ExitCode run(const Arguments& arguments) {
-  const std::string truth = truth_path(arguments);
-  check_outputs(arguments.output, truth);
+  const Outputs outputs = outputs_of(arguments);
+  check_outputs(outputs);
   Problem start;
   scenes::NoisyProblem noisy;
   try {
@@ -214,15 +239,18 @@ ExitCode run(const Arguments& arguments) {
   } catch (const InputError& error) {  // whatever a scene is made from is an option here
     throw OptionError(error.what());
   }
-  io::write_bal(start, std::filesystem::path(output_path(arguments.output)));
-  if (!truth.empty()) io::write_bal(noisy.problem, std::filesystem::path(output_path(truth)));
+  io::write_bal(start, std::filesystem::path(output_path(outputs.problem)));
+  if (!outputs.truth.empty()) {
+    io::write_bal(noisy.problem, std::filesystem::path(output_path(outputs.truth)));
+  }
+  if (!outputs.outliers.empty()) write_outliers(outputs.outliers, noisy.outliers);
 
   const StructureStatistics structure = structure_statistics(start);
   warn(arguments, structure);
   const std::string title =
       arguments.what + ", seed " + std::to_string(arguments.seed) + ": " + arguments.output;
-  const std::string text = report(title, structure, start, noisy, truth);
-  if (arguments.output == "-" || truth == "-") {
+  const std::string text = report(title, structure, start, noisy, outputs);
+  if (outputs.problem == "-" || outputs.truth == "-") {
     std::fputs(text.c_str(), stderr);
   } else {
     print(text);
@@ -291,7 +319,9 @@ void add_noise_options(CLI::App& parser, Arguments& arguments) {
     parser.add_option(name, value, help)->type_name("X");
   };
   add("--pixel-noise", arguments.pixel_noise, "Standard deviation of the observations, pixels [1]");
-  add("--outliers", arguments.outliers, "Share of the observations, 0 to 1, that are wrong [0]");
+  add("--outliers", arguments.outliers,
+      "Share of the observations, 0 to 1, that are wrong; which, says a file\n"
+      "named as OUT with .outliers before its ending [0]");
   add("--start-rotation", arguments.start_rotation,
       "Deviation of the starting rotation vectors, radians [0.002, presets: their own]");
   add("--start-position", arguments.start_position,

@@ -109,6 +109,24 @@ TEST_F(Generate, TakesNoiseAndStart) {
   EXPECT_GT(reprojection_statistics(io::read_bal(truth_)).rmse, 30);
 }
 
+TEST_F(Generate, SaysWhichObservationsAreOutliers) {
+  const std::string list = (folder_ / "scene.outliers.txt").string();
+  ASSERT_EQ(generate({"sphere"}).code, 0);
+  const Problem clean = io::read_bal(truth_);
+  EXPECT_FALSE(std::filesystem::exists(list));  // there are none
+  const Result result = generate({"sphere", "--outliers", "0.1"});
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_TRUE(contains(result.output, list)) << result.output;
+  const Problem dirty = io::read_bal(truth_);
+  std::string expected;
+  for (std::size_t k = 0; k < clean.observation_camera.size(); ++k) {
+    const bool moved = clean.observations[2 * k] != dirty.observations[2 * k];
+    if (moved) expected += std::to_string(k) + "\n";
+  }
+  EXPECT_GT(expected.size(), 300U);
+  EXPECT_EQ(test::read_text(list), expected);
+}
+
 TEST_F(Generate, WarnsOfObservationsItCannotGive) {
   const Words words = {"photos", "--cameras", "100", "--points", "200", "--observations", "19000"};
   const Result result = generate(words);
@@ -154,6 +172,8 @@ TEST_F(Generate, RefusesWhatHasNoEffectOrNoSense) {
       {{"sphere", "--truth", output_}, "are the same"},
       {{"sphere", "--truth", (folder_ / "." / "scene.txt").string()}, "are the same"},
       {{"sphere", "--truth", ""}, "the name is empty"},
+      {{"sphere", "--outliers", "0.1", "--truth", (folder_ / "scene.outliers.txt").string()},
+       "where the list of outliers goes"},
       {{"sphere", "--truth", truth_ + ".gz"}, "would not be compressed"},
   };
   for (const auto& [words, expected] : cases) {
