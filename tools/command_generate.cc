@@ -82,7 +82,9 @@ void check_kind_options(const Arguments& arguments, std::optional<scenes::Kind> 
   using scenes::Kind;
   const auto only_for = [&](Kind kind, const char* option, const auto& value) {
     if (given == kind) return;
-    refuse(option, value, std::string("it is for the kind ") + scenes::name(kind));
+    refuse(option, value,
+           given ? std::string("it is for the kind ") + scenes::name(kind)
+                 : arguments.what + " is a preset, which fixes all of the scene but its size");
   };
   only_for(Kind::sphere, "--region", arguments.region);
   only_for(Kind::street, "--far", arguments.far_share);
@@ -126,7 +128,32 @@ scenes::Scene scene_of(const Arguments& arguments, scenes::Kind kind) {
   return scenes::photos_scene(options);
 }
 
+std::string kind_names() {
+  std::string names;
+  for (const scenes::Kind kind : scenes::all_kinds) {
+    names += (names.empty() ? "" : ", ") + std::string(scenes::name(kind));
+  }
+  return names;
+}
+
+std::string preset_names() {
+  std::string names;
+  for (const scenes::Preset& each : scenes::presets()) {
+    names += (names.empty() ? "" : ", ") + each.name;
+  }
+  return names;
+}
+
+void check_preset(const std::string& what) {
+  for (const scenes::Preset& each : scenes::presets()) {
+    if (each.name == what) return;
+  }
+  throw OptionError("SCENE: '" + what + "' is neither a kind (" + kind_names() +
+                    ") nor a preset (" + preset_names() + ")");
+}
+
 Recipe preset_recipe(const Arguments& arguments) {
+  check_preset(arguments.what);
   const std::string why = arguments.what + " has counts of its own; --scale changes them";
   refuse("--cameras", arguments.cameras, why);
   refuse("--points", arguments.points, why);
@@ -259,14 +286,16 @@ ExitCode run(const Arguments& arguments) {
 }
 
 std::string what_help() {
-  std::string kinds, names;
-  for (const scenes::Kind kind : scenes::all_kinds) {
-    kinds += (kinds.empty() ? "" : ", ") + std::string(scenes::name(kind));
-  }
-  for (const scenes::Preset& each : scenes::presets()) {
-    names += (names.empty() ? "" : ", ") + each.name;
-  }
-  return "A kind (" + kinds + ")\nor a preset (" + names + ")";
+  return "A kind (" + kind_names() + ")\nor a preset (" + preset_names() + ")";
+}
+
+/// "sphere 10, street 30, ...": the default of a count, by kind.
+template <class Count>
+std::string by_kind(const Count& count) {
+  return " [sphere " + std::to_string(count(scenes::SphereOptions{})) + ", street " +
+         std::to_string(count(scenes::StreetOptions{})) + ", aerial " +
+         std::to_string(count(scenes::AerialOptions{})) + ", photos " +
+         std::to_string(count(scenes::PhotosOptions{})) + "]";
 }
 
 void add_scene_options(CLI::App& parser, Arguments& arguments) {
@@ -281,15 +310,22 @@ void add_scene_options(CLI::App& parser, Arguments& arguments) {
   add_seed("noise-seed",
            "Seed of noise and start, for the same scene with others [that of the scene]",
            arguments.noise_seed);
-  parser.add_option("--cameras", arguments.cameras, "Number of cameras [by kind]")->type_name("N");
-  parser.add_option("--points", arguments.points, "Number of points [by kind]")->type_name("N");
+  parser
+      .add_option("--cameras", arguments.cameras,
+                  "Number of cameras, at least 2" + by_kind([](auto o) { return o.cameras; }))
+      ->type_name("N");
+  parser
+      .add_option("--points", arguments.points,
+                  "Number of points, at least 1" + by_kind([](auto o) { return o.points; }))
+      ->type_name("N");
   parser
       .add_option("--observations", arguments.observations,
                   "Number of observations; 0: what the geometry gives [0]")
       ->type_name("N");
   parser
-      .add_option("--region", arguments.region,
-                  "sphere: cameras stand within this angle of one direction, radians [0.6]")
+      .add_option(
+          "--region", arguments.region,
+          "sphere: cameras stand within this angle of one direction, radians,\n0 to pi [0.6]")
       ->type_name("X");
   parser
       .add_option("--far", arguments.far_share,
@@ -298,19 +334,21 @@ void add_scene_options(CLI::App& parser, Arguments& arguments) {
   parser
       .add_option(
           "--lap", arguments.lap,
-          "street: steps round the block until the way repeats, a multiple of 4; 0: no loop "
-          "[0]")
+          "street: steps round the block until the way repeats, a multiple of 4\nfrom 160; 0: no "
+          "loop [0]")
       ->type_name("N");
   parser
       .add_option("--height", arguments.height,
                   "aerial: of the flight, in distances between images; the higher, the less "
-                  "parallax [20]")
+                  "parallax;\n1 to 1e+06 [20]")
       ->type_name("X");
   parser
       .add_option("--sights", arguments.sights,
                   "photos: number of sights; 0: one per 60 cameras [0]")
       ->type_name("N");
-  parser.add_option("--scale", arguments.scale, "Presets: multiply the counts by this [1]")
+  parser
+      .add_option("--scale", arguments.scale,
+                  "Presets: multiply the counts by this, 1e-06 to 10 [1]")
       ->type_name("X");
 }
 
@@ -318,17 +356,21 @@ void add_noise_options(CLI::App& parser, Arguments& arguments) {
   const auto add = [&parser](const char* name, std::optional<double>& value, const char* help) {
     parser.add_option(name, value, help)->type_name("X");
   };
-  add("--pixel-noise", arguments.pixel_noise, "Standard deviation of the observations, pixels [1]");
+  add("--pixel-noise", arguments.pixel_noise,
+      "Standard deviation of the observations, pixels, from 0 [1]");
   add("--outliers", arguments.outliers,
       "Share of the observations, 0 to 1, that are wrong; which, says a file\n"
       "named as OUT with .outliers before its ending [0]");
   add("--start-rotation", arguments.start_rotation,
-      "Deviation of the starting rotation vectors, radians [0.002, presets: their own]");
+      "Deviation of the starting rotation vectors, radians, from 0 [0.002, presets: their own]");
   add("--start-position", arguments.start_position,
-      "... of the camera centres, relative to the depth of what they see [0.004]");
-  add("--start-focal", arguments.start_focal, "... of the focal lengths, relative [0.01]");
+      "... of the camera centres, relative to the depth of what they see [0.004, presets: their "
+      "own]");
+  add("--start-focal", arguments.start_focal,
+      "... of the focal lengths, relative, 0 to 0.25 [0.01, presets: their own]");
   add("--start-point", arguments.start_point,
-      "... of the points, relative to their depth in the nearest camera [0.004]");
+      "... of the points, relative to their depth in the nearest camera [0.004, presets: their "
+      "own]");
 }
 
 }  // namespace

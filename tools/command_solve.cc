@@ -196,7 +196,9 @@ Command add_solve(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   parser
       ->add_option("INPUT", arguments->input,
-                   std::string(input_help) + ".\nWithout it that of generate street, with noise\nof its own, is made and solved")
+                   std::string(input_help) +
+                       ".\nWithout it a street is made and solved: the\n"
+                       "scene of generate street with noise of its own")
       ->type_name("")
       ->check(has_name, "");
   parser

@@ -147,7 +147,8 @@ TEST_F(Generate, StandardOutputTakesTheProblemAlone) {
 
 TEST_F(Generate, RefusesWhatHasNoEffectOrNoSense) {
   const std::vector<std::pair<Words, std::string>> cases = {
-      {{"cube"}, "'cube'"},
+      {{"cube"},
+       "'cube' is neither a kind (sphere, street, aerial, photos) nor a preset (sphere-10,"},
       {{"sphere", "--lap", "200"}, "--lap has no effect"},
       {{"sphere", "--height", "20"}, "--height has no effect"},
       {{"street", "--region", "1"}, "--region has no effect"},
@@ -157,7 +158,7 @@ TEST_F(Generate, RefusesWhatHasNoEffectOrNoSense) {
       {{"sphere-10", "--cameras", "20"}, "--cameras has no effect"},
       {{"sphere-10", "--points", "20"}, "--points has no effect"},
       {{"sphere-10", "--observations", "20"}, "--observations has no effect"},
-      {{"sphere-10", "--region", "1"}, "--region has no effect"},
+      {{"sphere-10", "--region", "1"}, "--region has no effect: sphere-10 is a preset"},
       {{"sphere", "--observations", "1834", "--region", "1"}, "--region has no effect"},
       {{"sphere", "--observations", "10"}, "10 observations"},
       {{"sphere", "--cameras", "1"}, "1 cameras"},
@@ -168,7 +169,7 @@ TEST_F(Generate, RefusesWhatHasNoEffectOrNoSense) {
       {{"sphere", "--pixel-noise", "nan"}, "pixel noise"},
       {{"sphere", "--start-focal", "1"}, "focal noise"},
       {{"street", "--lap", "30"}, "lap of 30"},
-      {{"ladybug-1723", "--scale", "-1"}, "scale"},
+      {{"ladybug-1723", "--scale", "-1"}, "scale of -1, expected 1e-06 to 10"},
       {{"sphere", "--truth", output_}, "are the same"},
       {{"sphere", "--truth", (folder_ / "." / "scene.txt").string()}, "are the same"},
       {{"sphere", "--truth", ""}, "the name is empty"},
