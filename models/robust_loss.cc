@@ -123,6 +123,10 @@ double sum(const RobustLoss& loss, const double* residual, std::int64_t rows, co
 
 }  // namespace
 
+bool levels_off(Loss loss) {
+  return loss == Loss::geman_mcclure || loss == Loss::tukey || loss == Loss::truncated;
+}
+
 double default_scale(Loss loss) {
   switch (loss) {
     case Loss::geman_mcclure:

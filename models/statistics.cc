@@ -92,6 +92,17 @@ double Reprojection::squared_residual(std::int64_t k, std::int64_t& behind) cons
   return (u - observed).squaredNorm();
 }
 
+/// visit(k, |r|^2) of every observation; what cannot be projected is infinitely far off.
+template <class Visit>
+void visit_squares(const Problem& problem, const Visit& visit) {
+  const Reprojection reprojection(problem);
+  std::int64_t unused = 0;
+  for (std::int64_t k = 0; k < problem.observation_count(); ++k) {
+    const double squared = reprojection.squared_residual(k, unused);
+    visit(k, std::isnan(squared) ? std::numeric_limits<double>::infinity() : squared);
+  }
+}
+
 }  // namespace
 
 ReprojectionStatistics reprojection_statistics(const Problem& problem) {
@@ -141,18 +152,26 @@ double upper_median(std::vector<double> values) {
 }
 
 std::vector<double> median_residuals(const Problem& problem) {
-  const Reprojection reprojection(problem);
   std::vector<std::vector<double>> squares(index(problem.camera_count()));
-  std::int64_t unused = 0;
-  for (std::int64_t k = 0; k < problem.observation_count(); ++k) {
-    const double squared = reprojection.squared_residual(k, unused);
-    squares[index(problem.observation_camera[index(k)])].push_back(
-        std::isnan(squared) ? std::numeric_limits<double>::infinity() : squared);
-  }
+  visit_squares(problem, [&](std::int64_t k, double squared) {
+    squares[index(problem.observation_camera[index(k)])].push_back(squared);
+  });
   std::vector<double> medians;
   medians.reserve(squares.size());
   for (auto& of_camera : squares) medians.push_back(std::sqrt(upper_median(std::move(of_camera))));
   return medians;
+}
+
+RobustStatistics robust_statistics(const Problem& problem, double scale) {
+  RobustStatistics result;
+  std::vector<double> residuals;
+  residuals.reserve(index(problem.observation_count()));
+  visit_squares(problem, [&](std::int64_t, double squared) {
+    residuals.push_back(std::sqrt(squared));
+    result.within += residuals.back() <= scale ? 1 : 0;
+  });
+  result.median = upper_median(std::move(residuals));
+  return result;
 }
 
 }  // namespace raybundle

@@ -43,6 +43,15 @@ double upper_median(std::vector<double> values);
 /// infinite. 0 of no observations.
 std::vector<double> median_residuals(const Problem& problem);
 
+/// What a few observations far off do not change.
+struct RobustStatistics {
+  double median = 0;        ///< upper median of |u - observed|, pixels; infinite as above
+  std::int64_t within = 0;  ///< observations with |u - observed| up to the scale
+};
+
+/// Of a valid problem; `scale` in pixels.
+RobustStatistics robust_statistics(const Problem& problem, double scale);
+
 /// The shape of a problem: degrees, connectivity and how well the points are determined.
 /// The first_... members are indices, -1 where there is none.
 struct StructureStatistics {

@@ -1,6 +1,7 @@
 #include <raybundle/solver/options.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <set>
@@ -178,6 +179,46 @@ TEST(Resolve, FillsEveryChoiceThatHasAnEffect) {
   const Options tnm = resolve({.method = Method::tnm, .elimination = Elimination::none});
   EXPECT_NE(tnm.preconditioner, Preconditioner::diag_s) << "must fit the elimination";
   EXPECT_NE(tnm.preconditioner, Preconditioner::block_diag_s);
+}
+
+/// The number after "auto: " that ends a help text, if it is one alone.
+std::optional<double> promised(const std::string& help) {
+  const std::size_t at = help.find("auto: ");
+  if (at == std::string::npos) return std::nullopt;
+  const std::string rest = help.substr(at + 6);
+  char* end = nullptr;
+  const double value = std::strtod(rest.c_str(), &end);
+  return end != rest.c_str() && *end == '\0' ? std::optional(value) : std::nullopt;
+}
+
+TEST(Resolve, FillsWhatTheHelpPromises) {
+  std::set<std::string> seen;
+  for (int i = 0; i < enum_count<Method>; ++i) {
+    const Options options = resolve({.method = static_cast<Method>(i)});
+    visit_options(options, [&](const auto& value, const OptionInfo& info) {
+      using T = typename Plain<std::remove_cvref_t<decltype(value)>>::Type;
+      if constexpr (!std::is_enum_v<T> &&
+                    !std::is_same_v<std::remove_cvref_t<decltype(value)>, T>) {
+        const auto number = promised(info.help);
+        if (!number || !value) return;
+        EXPECT_EQ(static_cast<double>(*value), *number) << info.name;
+        seen.insert(info.name);
+      }
+    });
+    const bool lm = options.method == Method::lm_cholesky || options.method == Method::tnm;
+    if (traits(options.method).damped) {
+      EXPECT_EQ(options.damping_matrix, lm ? DiagonalMatrix::diag_h : DiagonalMatrix::identity);
+      EXPECT_EQ(options.initial_damping, lm ? 1e-4 : 1);
+    }
+    if (options.method == Method::lm_cholesky) continue;
+    EXPECT_EQ(options.preconditioner, Preconditioner::block_diag_s);
+    EXPECT_EQ(options.scaling, lm ? DiagonalMatrix::identity : DiagonalMatrix::inc);
+  }
+  for (const char* name :
+       {"min-damping", "max-damping", "min-radius", "max-inner-iterations", "forcing",
+        "inc-rotation", "inc-translation", "inc-focal", "inc-k1", "inc-k2", "inc-point"}) {
+    EXPECT_EQ(seen.count(name), 1U) << name;
+  }
 }
 
 TEST(Resolve, TakesWhatItMade) {

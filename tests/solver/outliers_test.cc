@@ -59,9 +59,8 @@ TEST(Outliers, IrlsStartsWideEnoughForTheCameraThatStartsWorst) {
   given.start.cameras[9 * 4 + 1] += 0.3;  // a turn by hundreds of pixels
   const auto error = [&](std::optional<double> start_scale) {
     Problem problem = given.start;
-    const Summary summary = solve(problem, {.method = Method::irls,
-                                            .loss_start_scale = start_scale,
-                                            .max_iterations = 200});
+    const Summary summary = solve(
+        problem, {.method = Method::irls, .loss_start_scale = start_scale, .max_iterations = 200});
     EXPECT_TRUE(summary.usable()) << summary.message;
     return compare_with_truth(problem, given.truth).camera_rmse;
   };
