@@ -13,9 +13,9 @@ const T* data_or_null(const std::vector<T>& list) {
 }
 
 PartsView parts_view(const RowParts& parts) {
-  return {data_or_null(parts.leaf_rows), data_or_null(parts.row_parts),
-          data_or_null(parts.row),       data_or_null(parts.hub),
-          data_or_null(parts.coupling_begin), data_or_null(parts.list)};
+  return {
+      data_or_null(parts.leaf_rows), data_or_null(parts.row_parts),      data_or_null(parts.row),
+      data_or_null(parts.hub),       data_or_null(parts.coupling_begin), data_or_null(parts.list)};
 }
 
 }  // namespace
@@ -37,8 +37,9 @@ const EliminationKernels& elimination_kernels(const BlockLayout& layout, Side el
 
 SideView side_view(const BlockLayout& layout, Side side) {
   const Incidence& incidence = layout.incidence(side);
-  return {incidence.begin.data(), data_or_null(incidence.list), data_or_null(incidence.position),
-          incidence.block.data(), data_or_null(layout.coupling_rows), parts_view(layout.parts)};
+  return {
+      incidence.begin.data(), data_or_null(incidence.list),       data_or_null(incidence.position),
+      incidence.block.data(), data_or_null(layout.coupling_rows), parts_view(layout.parts)};
 }
 
 void multiply(const BlockJacobian& J, const double* x, double* u, ThreadPool& pool) {
@@ -57,8 +58,8 @@ void transpose_multiply(const BlockJacobian& J, Side side, const double* u, doub
   const BlockLayout& layout = *J.layout;
   const SideView view = side_view(layout, side);
   const BlockKernels& kernels = block_kernels(layout);
-  const auto kernel = side == Side::hubs ? kernels.transpose_multiply_hubs
-                                         : kernels.transpose_multiply_leaves;
+  const auto kernel =
+      side == Side::hubs ? kernels.transpose_multiply_hubs : kernels.transpose_multiply_leaves;
   for_blocks(layout, side, pool, [&](std::int64_t first, std::int64_t last) {
     kernel(view, J.blocks(side), u, first, last, y);
   });

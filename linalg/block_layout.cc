@@ -104,9 +104,8 @@ BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves
   for (std::int64_t l = 0; l < leaves; ++l) {
     const std::int64_t first = parts.row_parts[index(parts.leaf_rows[index(l)])];
     const std::int64_t last = parts.row_parts[index(parts.leaf_rows[index(l + 1)])];
-    std::stable_sort(
-        parts.list.begin() + first, parts.list.begin() + last,
-        [&](auto a, auto b) { return parts.hub[index(a)] < parts.hub[index(b)]; });
+    std::stable_sort(parts.list.begin() + first, parts.list.begin() + last,
+                     [&](auto a, auto b) { return parts.hub[index(a)] < parts.hub[index(b)]; });
     for (std::int64_t k = first; k < last; ++k) {
       const std::int32_t at = parts.hub[index(parts.list[index(k)])];
       if (k > first && hub.back() == at) continue;

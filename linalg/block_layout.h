@@ -32,10 +32,10 @@ struct Incidence {
 
 /// The parts of rows that have several. Parts are numbered row by row, within a row by hub.
 struct RowParts {
-  std::vector<std::int64_t> leaf_rows;  ///< rows of leaf l: [l] .. [l + 1]
-  std::vector<std::int64_t> row_parts;  ///< parts of row r: [r] .. [r + 1]
-  std::vector<std::int64_t> row;        ///< of a part
-  std::vector<std::int32_t> hub;        ///< of a part
+  std::vector<std::int64_t> leaf_rows;       ///< rows of leaf l: [l] .. [l + 1]
+  std::vector<std::int64_t> row_parts;       ///< parts of row r: [r] .. [r + 1]
+  std::vector<std::int64_t> row;             ///< of a part
+  std::vector<std::int32_t> hub;             ///< of a part
   std::vector<std::int64_t> coupling_begin;  ///< parts of coupling c: list[[c]] .. list[[c + 1]]
   std::vector<std::int64_t> list;
 };

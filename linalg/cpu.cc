@@ -2,18 +2,27 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 
 namespace raybundle::linalg {
 namespace {
 
+/// Of RAYBUNDLE_ISA; empty where it is not set.
+std::string wish() {
+  const char* const value = std::getenv("RAYBUNDLE_ISA");
+  return value == nullptr ? "" : value;
+}
+
+std::optional<InstructionSet> called(const std::string& text) {
+  for (const auto set : {InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512}) {
+    if (name(set) == text) return set;
+  }
+  return std::nullopt;
+}
+
 InstructionSet choose() {
   const InstructionSet detected = detected_instruction_set();
-  const char* const wish = std::getenv("RAYBUNDLE_ISA");
-  if (wish == nullptr) return detected;
-  for (const auto set : {InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512}) {
-    if (name(set) == wish) return std::min(set, detected);
-  }
-  return detected;
+  return std::min(called(wish()).value_or(detected), detected);
 }
 
 }  // namespace
@@ -34,6 +43,8 @@ InstructionSet instruction_set() {
   static const InstructionSet chosen = choose();
   return chosen;
 }
+
+std::string ignored_instruction_set() { return called(wish()) ? "" : wish(); }
 
 std::string_view name(InstructionSet set) {
   switch (set) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 /// What the processor can do.
@@ -15,6 +16,9 @@ InstructionSet detected_instruction_set();
 /// The set to use, decided once per process: the detected one, lowered (never raised) by the
 /// environment variable RAYBUNDLE_ISA=baseline|avx2|avx512. Other values are ignored.
 InstructionSet instruction_set();
+
+/// What RAYBUNDLE_ISA says if that is ignored, for a program to complain of; else empty.
+std::string ignored_instruction_set();
 
 /// "baseline", "avx2" or "avx512".
 std::string_view name(InstructionSet set);

@@ -8,9 +8,9 @@ namespace raybundle::linalg {
 /// M M^T = (H_ee + D_e)^-1 block by block, U = J_e M and y = M^T g_e,
 ///   A = J_k^T P J_k + D_k,  P = I - U U^T,  v = g_k - J_k^T U y,
 /// for the implicit product as for the explicit matrix. U takes the place of the coupling blocks
-/// of E, which are never stored: it has the size of the eliminated Jacobian. Where rows have several
-/// parts hubs cannot be eliminated, their block of H not being block diagonal, and W = J_k^T U of
-/// each coupling is stored beside U: an anchor has a part of every row of its leaf.
+/// of E, which are never stored: it has the size of the eliminated Jacobian. Where rows have
+/// several parts hubs cannot be eliminated, their block of H not being block diagonal, and
+/// W = J_k^T U of each coupling is stored beside U: an anchor has a part of every row of its leaf.
 class SchurComplement final : public ReducedSystem {
  public:
   /// Throws std::invalid_argument for hubs to be eliminated from rows of several parts.

@@ -181,24 +181,26 @@ TruthErrors compare_with_truth(const Problem& problem, const Problem& truth) {
   check_counts("cameras", truth.camera_count(), problem.camera_count());
   check_counts("points", truth.point_count(), problem.point_count());
   TruthErrors errors;
-  const auto compare = [](const Pairs& pairs, Similarity& S, double& rmse) {
-    S = align(pairs.a, pairs.b);
-    std::vector<double> each = distances(S, pairs.a, pairs.b);
-    rmse = root_mean_square(each);
-    return each;
-  };
   const std::vector<char> cameras = marks(problem.camera_count(), problem.observation_camera);
   const Pairs centres(cameras, camera_centres(problem), camera_centres(truth));
   errors.cameras = static_cast<std::int64_t>(centres.a.size() / 3);
-  errors.camera_errors =
-      spread(cameras, compare(centres, errors.camera_alignment, errors.camera_rmse));
+  errors.camera_alignment = align(centres.a, centres.b);
+  const std::vector<double> of_centres = distances(errors.camera_alignment, centres.a, centres.b);
+  errors.camera_rmse = root_mean_square(of_centres);
+  errors.camera_errors = spread(cameras, of_centres);
   errors.rotation_mean = mean_rotation_error(cameras, problem, truth);
 
   const std::vector<char> points = marks(problem.point_count(), problem.observation_point);
   const Pairs places(points, problem.points, truth.points);
   errors.points = static_cast<std::int64_t>(places.a.size() / 3);
-  errors.point_median = upper_median(distances(errors.camera_alignment, places.a, places.b));
-  errors.point_errors = spread(points, compare(places, errors.point_alignment, errors.point_rmse));
+  const std::vector<double> by_cameras = distances(errors.camera_alignment, places.a, places.b);
+  errors.point_rmse_by_cameras = root_mean_square(by_cameras);
+  errors.point_median = upper_median(by_cameras);
+  errors.point_errors = spread(points, by_cameras);
+  errors.point_alignment = align(places.a, places.b);
+  const std::vector<double> own = distances(errors.point_alignment, places.a, places.b);
+  errors.point_rmse = root_mean_square(own);
+  errors.point_median_own = upper_median(own);
   return errors;
 }
 

@@ -47,11 +47,14 @@ struct TruthErrors {
   /// Median distance of the points after the alignment of the cameras: a few points far off, which
   /// settle size and value of point_rmse, do not change it.
   double point_median = 0;
+  double point_rmse_by_cameras = 0;  ///< the other two pairings of figure and alignment
+  double point_median_own = 0;
   double rotation_mean = 0;  ///< of the angles between the cameras' directions, degrees
   Similarity camera_alignment;
   Similarity point_alignment;
   std::vector<double> camera_errors;  ///< per camera of the problem; NaN where left out
-  std::vector<double> point_errors;   ///< per point of the problem; NaN where left out
+  /// Per point of the problem, after the alignment of the cameras; NaN where left out.
+  std::vector<double> point_errors;
 };
 
 /// Compares camera centres and points with those of `truth`, each after an alignment of their own,

@@ -1,6 +1,6 @@
-// An anchored point, ready for its rows: the ray from centre P_i is D = G + s (P_m - P_i), and G with
-// its derivatives is the same for all of them. With v = P_m - P_a, the direction w and the angle
-// alpha between the two,
+// An anchored point, ready for its rows: the ray from centre P_i is D = G + s (P_m - P_i), and G
+// with its derivatives is the same for all of them. With v = P_m - P_a, the direction w and the
+// angle alpha between the two,
 //   sigma = |v x w| = |v| sin(alpha),   delta = v . w = |v| cos(alpha),
 //   k = |v| sin(alpha - theta) = sigma cos(theta) - delta sin(theta)      [Liu18, Eq. 2]
 // and G = k w. Turning w by a small angle towards the unit vector q = (v - delta w) / sigma lowers
@@ -20,10 +20,10 @@ struct AnchoredPoint {
   double G[3];
   double s;
   // The rest are derivatives.
-  double s_first;         // of s, by the first unknown (inverse distance or theta)
-  double G_leaf[3][3];    // of G, by each unknown
-  double G_Pm[9];         // of G, by P_m; by P_a it is the negative
-  double G_turn[9];       // of G, by a turn of the main anchor: dw = turn x w
+  double s_first;       // of s, by the first unknown (inverse distance or theta)
+  double G_leaf[3][3];  // of G, by each unknown
+  double G_Pm[9];       // of G, by P_m; by P_a it is the negative
+  double G_turn[9];     // of G, by a turn of the main anchor: dw = turn x w
   bool has_associate;
 };
 

@@ -103,8 +103,8 @@ struct AnchoredRows {
     });
   }
 
-  // One residual's derivatives by centre and turn of every camera its row touches. They add up where
-  // the observer is an anchor.
+  // One residual's derivatives by centre and turn of every camera its row touches. They add up
+  // where the observer is an anchor.
   struct ByPose {
     double centre[3][3] = {};  // by part
     double turn[3][3] = {};

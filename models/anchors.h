@@ -29,10 +29,10 @@ struct AnchorRows {
   std::int64_t associate_row = -1;
 };
 
-/// The pair of observers whose rays have the largest angle below a right one [Zhao15, Liu18, 2.1], of
-/// which the earlier camera is the main anchor; angles above a right one count only where there is no
-/// other. Cameras at the same place make no pair. Of long tracks 32 observers, evenly spaced, are
-/// compared. `first_is_main`: the pair contains the first observer, as idp has it.
+/// The pair of observers whose rays have the largest angle below a right one [Zhao15, Liu18, 2.1],
+/// of which the earlier camera is the main anchor; angles above a right one count only where there
+/// is no other. Cameras at the same place make no pair. Of long tracks 32 observers, evenly spaced,
+/// are compared. `first_is_main`: the pair contains the first observer, as idp has it.
 AnchorRows choose_anchors(const SeenRays& seen, Track track, bool first_is_main);
 
 }  // namespace raybundle

@@ -12,8 +12,8 @@ namespace raybundle {
 enum class ObjectiveKind { pixel, ray };
 
 /// What multiplies a ray's residual:
-///   pixel  the pixels per radian of its lens where it was observed, a 3 x 3 matrix: small residuals
-///          are those of pixels
+///   pixel  the pixels per radian of its lens where it was observed, a 3 x 3 matrix: small
+///          residuals are those of pixels
 ///   focal  the focal length of its camera: the same in the image's centre
 ///   unit   1, as in [Liu18, Eq. 7]
 enum class RayWeight { pixel, focal, unit };

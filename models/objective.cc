@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -40,6 +41,7 @@ Objective::Objective(const Problem& problem, const Formulation& formulation,
   pixels_ = in_row_order(rows_, problem.observations, 2);
   frames_.resize(index(problem.camera_count()));
   compile_layout(problem);
+  rounding_cost_ = rounding_cost_of(problem);
   still_ = fixed_camera_parameters_;
   if (formulation.gauge == Gauge::fixed) hold_gauge(problem);
 }
@@ -81,6 +83,21 @@ void Objective::compile_layout(const Problem& problem) {
                                 std::move(part_camera));
 }
 
+double Objective::rounding_cost_of(const Problem& problem) const {
+  constexpr double resolution = 1000 * std::numeric_limits<double>::epsilon();
+  double squares = 0;
+  if (formulation_.objective == ObjectiveKind::pixel) {
+    for (const double x : pixels_) squares += x * x;
+  } else {
+    const bool of_lens = formulation_.ray_weight == RayWeight::pixel;
+    for (std::size_t i = 0; i < rays_.size(); ++i) {
+      const double f = of_lens ? problem.cameras[9 * index(rows_.camera[i / 3]) + 6] : 1;
+      squares += f * f * rays_[i] * rays_[i];
+    }
+  }
+  return 0.5 * resolution * resolution * squares;
+}
+
 void Objective::choose_all_anchors(const Problem& problem, const std::vector<double>& rays) {
   update_frames({problem.cameras, {}});
   std::vector<double> rotations, centres;
@@ -91,13 +108,14 @@ void Objective::choose_all_anchors(const Problem& problem, const std::vector<dou
   const SeenRays seen = {rows_.camera.data(), rays.data(), rotations.data(), centres.data()};
   const bool idp = formulation_.points == PointModel::idp;
   anchors_.resize(index(problem.point_count()));
-  linalg::parallel_for(pool_, problem.point_count(), 64, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t i = first; i < last; ++i) {
-      anchors_[index(i)] =
-          choose_anchors(seen, {rows_.begin[index(i)], rows_.begin[index(i + 1)]}, idp).anchors;
-      if (idp) anchors_[index(i)].associate = -1;
-    }
-  });
+  linalg::parallel_for(
+      pool_, problem.point_count(), 64, [&](std::int64_t first, std::int64_t last) {
+        for (std::int64_t i = first; i < last; ++i) {
+          anchors_[index(i)] =
+              choose_anchors(seen, {rows_.begin[index(i)], rows_.begin[index(i + 1)]}, idp).anchors;
+          if (idp) anchors_[index(i)].associate = -1;
+        }
+      });
 }
 
 void Objective::check_fixed() const {

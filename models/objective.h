@@ -26,10 +26,10 @@ struct State {
 class Objective {
  public:
   /// Copies what it needs of the problem. Throws InputError when the problem is inconsistent, or
-  /// when it fixes a part of a pose that the update cannot hold: a local update turns a rotation and
-  /// moves a translation as a whole, se3 only the whole pose; when the loss has no legal scale; for
-  /// rays, when a lens cannot have made an observation. Throws std::invalid_argument for rays and
-  /// free lenses.
+  /// when it fixes a part of a pose that the update cannot hold: a local update turns a rotation
+  /// and moves a translation as a whole, se3 only the whole pose; when the loss has no legal scale;
+  /// for rays, when a lens cannot have made an observation. Throws std::invalid_argument for rays
+  /// and free lenses.
   Objective(const Problem& problem, const Formulation& formulation, linalg::ThreadPool& pool,
             const RobustLoss& loss = {});
   Objective(const Objective&) = delete;  // others hold its layout
@@ -45,6 +45,10 @@ class Objective {
   State state_from_rays(const Problem& problem) const;
   /// Puts a state into the problem: points as coordinates of the world.
   void write(State state, Problem& problem) const;
+
+  /// The cost of residuals of 1000 rounding errors of their observations. Less tells nothing: the
+  /// coordinates that a residual is computed from add errors of their own.
+  double rounding_cost() const { return rounding_cost_; }
 
   double loss_scale() const { return loss_.scale; }  ///< pixels
   /// Cost and derivatives are those of the new scale from here on. Throws InputError.
@@ -75,6 +79,7 @@ class Objective {
 
  private:
   void check_fixed() const;
+  double rounding_cost_of(const Problem& problem) const;
   void hold_gauge(const Problem& problem);
   int scale_component(const CameraFrame& first, const CameraFrame& second) const;
   void compile_layout(const Problem& problem);
@@ -98,9 +103,10 @@ class Objective {
   ObservationRows rows_;
   linalg::BlockLayout layout_;
   double aspect_;
-  std::vector<Anchors> anchors_;   // per point; empty for xyz
-  std::vector<double> pixels_;     // observed, per row
-  std::vector<double> rays_;       // observed, per row; empty for pixels
+  std::vector<Anchors> anchors_;  // per point; empty for xyz
+  std::vector<double> pixels_;    // observed, per row
+  std::vector<double> rays_;      // observed, per row; empty for pixels
+  double rounding_cost_ = 0;
   std::vector<CameraFrame> frames_;
   std::vector<std::uint16_t> fixed_camera_parameters_;
   std::vector<std::uint16_t> still_;  // the same, and what the gauge holds; empty: nothing

@@ -10,8 +10,7 @@ namespace raybundle {
 using linalg::index;
 
 ObservationRows::ObservationRows(const Problem& problem)
-    : observation(index(problem.observation_count())),
-      begin(index(problem.point_count() + 1), 0) {
+    : observation(index(problem.observation_count())), begin(index(problem.point_count() + 1), 0) {
   for (const std::int32_t at : problem.observation_point) ++begin[index(at) + 1];
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
   std::vector<std::int64_t> next(begin.begin(), begin.end() - 1);
@@ -20,7 +19,8 @@ ObservationRows::ObservationRows(const Problem& problem)
   }
   const auto camera_of = [&](std::int64_t k) { return problem.observation_camera[index(k)]; };
   for (std::int64_t i = 0; i < problem.point_count(); ++i) {
-    std::stable_sort(observation.begin() + begin[index(i)], observation.begin() + begin[index(i + 1)],
+    std::stable_sort(observation.begin() + begin[index(i)],
+                     observation.begin() + begin[index(i + 1)],
                      [&](auto a, auto b) { return camera_of(a) < camera_of(b); });
   }
   camera.reserve(observation.size());

@@ -65,7 +65,9 @@ double usable_parallax(const Vector3d& w, double theta, const Vector3d& v) {
   return most > least * least * ray.scale ? theta : std::copysign(least, theta);
 }
 
-double angle(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+double angle(const Vector3d& a, const Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
 
 }  // namespace
 
@@ -89,8 +91,8 @@ void from_world(PointModel model, const double* X, const AnchorPoses& anchors, d
   }
   const Vector3d to_point = Map3(X) - Map3(anchors.P);
   const double distance = to_point.norm();
-  const Vector3d w = distance > 0 ? Vector3d(to_point / distance)
-                                  : to_world_axes(anchors.R_cw, {0, 0, -1});
+  const Vector3d w =
+      distance > 0 ? Vector3d(to_point / distance) : to_world_axes(anchors.R_cw, {0, 0, -1});
   double& first = stored[stored_size(model) - 1];
   store_direction(model, w, anchors.R_cw, stored);
   if (anchors.P_associate == nullptr) {
@@ -107,11 +109,10 @@ void from_rays(PointModel model, const AnchorRays& rays, const AnchorPoses& anch
   double theta = 0, inverse_distance = 1;
   if (rays.ray_associate != nullptr) {
     const Vector3d v = Map3(anchors.P) - Map3(anchors.P_associate);
-    theta = usable_parallax(w, angle(w, to_world_axes(rays.R_cw_associate, Map3(rays.ray_associate))),
-                            v);
+    theta = usable_parallax(
+        w, angle(w, to_world_axes(rays.R_cw_associate, Map3(rays.ray_associate))), v);
     const Ray ray = by_parallax(w, theta, v);
-    inverse_distance =
-        std::clamp(ray.s / ray.k, -farthest / ray.scale, farthest / ray.scale);
+    inverse_distance = std::clamp(ray.s / ray.k, -farthest / ray.scale, farthest / ray.scale);
   }
   switch (model) {
     case PointModel::xyz:

@@ -21,8 +21,8 @@ enum class PointModel { xyz, idp, pba, pmba };
 
 constexpr bool is_anchored(PointModel model) { return model != PointModel::xyz; }
 
-/// Numbers that hold a point: X (3); n (3) and inverse distance; azimuth, elevation, theta; n (3) and
-/// theta. Angles are in radians; n has length 1.
+/// Numbers that hold a point: X (3); n (3) and inverse distance; azimuth, elevation, theta; n (3)
+/// and theta. Angles are in radians; n has length 1.
 constexpr int stored_size(PointModel model) {
   return model == PointModel::idp || model == PointModel::pmba ? 4 : 3;
 }
@@ -47,8 +47,7 @@ struct Anchors {
   a2[2] = -n[1];
 }
 
-/// Where a point lies that has, from its anchors, these stored numbers, and back. R_cw are row-major
-/// rotations of the anchors, P their centres; an unused associate may be null.
+/// Where a point's anchors stand; what an unused associate has may be null.
 struct AnchorPoses {
   const double* R_cw;  ///< of the main anchor
   const double* P;     ///< of the main anchor
@@ -68,7 +67,8 @@ struct AnchorRays {
   const double* ray_associate;
   const double* R_cw_associate;
 };
-void from_rays(PointModel model, const AnchorRays& rays, const AnchorPoses& anchors, double* stored);
+void from_rays(PointModel model, const AnchorRays& rays, const AnchorPoses& anchors,
+               double* stored);
 
 /// next = stored moved by the step (3 numbers: inverse distance or theta, then the direction)
 /// [Liu18, Eq. 3, 4]; for xyz their sum. `next` may be `stored`.

@@ -21,8 +21,8 @@ double turning_radius(double k1, double k2) {
   return inverse > 0 ? std::sqrt(1 / inverse) : none;
 }
 
-// The r with r (1 + k1 r^2 + k2 r^4) = target on the branch through 0: Newton's iteration, kept in a
-// bracket.
+// The r with r (1 + k1 r^2 + k2 r^4) = target on the branch through 0: Newton's iteration, kept in
+// a bracket.
 double undistorted_radius(double k1, double k2, double target, double low, double high) {
   double r = std::min(target, high);
   for (int i = 0; i < 200 && low < high; ++i) {
@@ -75,21 +75,23 @@ std::optional<std::array<double, 2>> undistort(const double* lens, const double*
 }
 
 std::vector<double> observed_rays(const Problem& problem) {
-  return rays_of(problem, [](std::size_t k, std::size_t camera, const auto& u) -> std::array<double, 2> {
-    throw InputError("problem", 0,
-                     "observation " + std::to_string(k) + " at (" + std::to_string(u[0]) + ", " +
-                         std::to_string(u[1]) + "), which the lens of camera " +
-                         std::to_string(camera) + " cannot make",
-                     "pixels that f, k1 and k2 reach, or the pixel objective");
-  });
+  return rays_of(
+      problem, [](std::size_t k, std::size_t camera, const auto& u) -> std::array<double, 2> {
+        throw InputError("problem", 0,
+                         "observation " + std::to_string(k) + " at (" + std::to_string(u[0]) +
+                             ", " + std::to_string(u[1]) + "), which the lens of camera " +
+                             std::to_string(camera) + " cannot make",
+                         "pixels that f, k1 and k2 reach, or the pixel objective");
+      });
 }
 
 std::vector<double> apparent_rays(const Problem& problem) {
-  return rays_of(problem, [&](std::size_t, std::size_t camera, const auto& u) -> std::array<double, 2> {
-    const double f = problem.cameras[Problem::camera_size * camera + 6];
-    if (f == 0) return {0, 0};
-    return {u[0] / f, u[1] / f};
-  });
+  return rays_of(problem,
+                 [&](std::size_t, std::size_t camera, const auto& u) -> std::array<double, 2> {
+                   const double f = problem.cameras[Problem::camera_size * camera + 6];
+                   if (f == 0) return {0, 0};
+                   return {u[0] / f, u[1] / f};
+                 });
 }
 
 }  // namespace raybundle

@@ -12,10 +12,10 @@ namespace raybundle {
 struct CameraFrame {
   double R_cw[9];  ///< row-major
   double t_cw[3];
-  double lens[3];    ///< f, k1, k2
-  double J_r[9];     ///< right Jacobian of the rotation vector; used by PoseUpdate::global
-  double aspect;  ///< f_y / f_x
-  double P[3];    ///< the centre; used by anchored points
+  double lens[3];  ///< f, k1, k2
+  double J_r[9];   ///< right Jacobian of the rotation vector; used by PoseUpdate::global
+  double aspect;   ///< f_y / f_x
+  double P[3];     ///< the centre; used by anchored points
 };
 
 /// What one row range reads. Row r is the observation of point row_point[r] by camera

@@ -123,6 +123,10 @@ double sum(const RobustLoss& loss, const double* residual, std::int64_t rows, in
 
 }  // namespace
 
+bool levels_off(Loss loss) {
+  return loss == Loss::geman_mcclure || loss == Loss::tukey || loss == Loss::truncated;
+}
+
 double default_scale(Loss loss) {
   switch (loss) {
     case Loss::geman_mcclure:
@@ -149,8 +153,8 @@ double robust_sum(const RobustLoss& loss, const double* residual, std::int64_t r
   return sum(loss, residual, rows, size, [](std::int64_t, double) {});
 }
 
-double robust_weights(const RobustLoss& loss, const double* residual, std::int64_t rows,
-                      int size, double* root_weight) {
+double robust_weights(const RobustLoss& loss, const double* residual, std::int64_t rows, int size,
+                      double* root_weight) {
   return sum(loss, residual, rows, size,
              [root_weight](std::int64_t i, double weight) { root_weight[i] = std::sqrt(weight); });
 }

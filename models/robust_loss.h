@@ -29,6 +29,9 @@ struct RobustLoss {
 /// normal errors: 3 for geman_mcclure and truncated, 6 for tukey, which weighs 9/16 at half of it.
 double default_scale(Loss loss);
 
+/// Whether it is bounded: far off, an observation pulls at nothing.
+bool levels_off(Loss loss);
+
 /// Throws InputError unless the scale is from 1e-100 to 1e100.
 void validate(const RobustLoss& loss);
 

@@ -87,9 +87,21 @@ double Reprojection::squared_residual(std::int64_t k, std::int64_t& behind) cons
   const Vector3d X_c = rotations_[index(j)] * X + Map<const Vector3d>(c + 3);
   const Vector2d p = -X_c.head<2>() / X_c.z();
   const double p2 = p.squaredNorm();
-  const Vector2d u = c[6] * (1 + p2 * (c[7] + p2 * c[8])) * Vector2d(p.x(), problem_.aspect * p.y());
+  const Vector2d u =
+      c[6] * (1 + p2 * (c[7] + p2 * c[8])) * Vector2d(p.x(), problem_.aspect * p.y());
   behind += X_c.z() >= 0 ? 1 : 0;
   return (u - observed).squaredNorm();
+}
+
+/// visit(k, |r|^2) of every observation; what cannot be projected is infinitely far off.
+template <class Visit>
+void visit_squares(const Problem& problem, const Visit& visit) {
+  const Reprojection reprojection(problem);
+  std::int64_t unused = 0;
+  for (std::int64_t k = 0; k < problem.observation_count(); ++k) {
+    const double squared = reprojection.squared_residual(k, unused);
+    visit(k, std::isnan(squared) ? std::numeric_limits<double>::infinity() : squared);
+  }
 }
 
 }  // namespace
@@ -140,15 +152,27 @@ double upper_median(std::vector<double> values) {
   return *middle;
 }
 
-double median_residual(const Problem& problem) {
-  const Reprojection reprojection(problem);
-  std::vector<double> squares(index(problem.observation_count()));
-  std::int64_t unused = 0;
-  for (std::int64_t k = 0; k < problem.observation_count(); ++k) {
-    const double squared = reprojection.squared_residual(k, unused);
-    squares[index(k)] = std::isnan(squared) ? std::numeric_limits<double>::infinity() : squared;
-  }
-  return std::sqrt(upper_median(std::move(squares)));
+std::vector<double> median_residuals(const Problem& problem) {
+  std::vector<std::vector<double>> squares(index(problem.camera_count()));
+  visit_squares(problem, [&](std::int64_t k, double squared) {
+    squares[index(problem.observation_camera[index(k)])].push_back(squared);
+  });
+  std::vector<double> medians;
+  medians.reserve(squares.size());
+  for (auto& of_camera : squares) medians.push_back(std::sqrt(upper_median(std::move(of_camera))));
+  return medians;
+}
+
+RobustStatistics robust_statistics(const Problem& problem, double scale) {
+  RobustStatistics result;
+  std::vector<double> residuals;
+  residuals.reserve(index(problem.observation_count()));
+  visit_squares(problem, [&](std::int64_t, double squared) {
+    residuals.push_back(std::sqrt(squared));
+    result.within += residuals.back() <= scale ? 1 : 0;
+  });
+  result.median = upper_median(std::move(residuals));
+  return result;
 }
 
 }  // namespace raybundle

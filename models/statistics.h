@@ -39,9 +39,18 @@ ReprojectionBreakdown reprojection_breakdown(const Problem& problem);
 /// The value that half of them are not above, the upper one of two; 0 of nothing.
 double upper_median(std::vector<double> values);
 
-/// The upper median of |u - observed|, pixels; what cannot be projected counts as infinite. 0 of
-/// no observations.
-double median_residual(const Problem& problem);
+/// The upper median of |u - observed| of each camera, pixels; what cannot be projected counts as
+/// infinite. 0 of no observations.
+std::vector<double> median_residuals(const Problem& problem);
+
+/// What a few observations far off do not change.
+struct RobustStatistics {
+  double median = 0;        ///< upper median of |u - observed|, pixels; infinite as above
+  std::int64_t within = 0;  ///< observations with |u - observed| up to the scale
+};
+
+/// Of a valid problem; `scale` in pixels.
+RobustStatistics robust_statistics(const Problem& problem, double scale);
 
 /// The shape of a problem: degrees, connectivity and how well the points are determined.
 /// The first_... members are indices, -1 where there is none.

@@ -7,14 +7,16 @@
 
 namespace raybundle {
 
-Convergence::Convergence(const Options& options, std::int64_t residuals)
+Convergence::Convergence(const Options& options, std::int64_t residuals, double rounding)
     : options_(options),
+      rounding_(rounding),
       cost_resolution_(std::numeric_limits<double>::epsilon() *
                        std::sqrt(static_cast<double>(residuals))) {}
 
 std::optional<Termination> Convergence::test(const IterationRecord& record,
                                              const Situation& situation) {
   if (record.gradient_max <= options_.gradient_tolerance) return Termination::gradient_tolerance;
+  if (record.cost <= rounding_) return Termination::function_tolerance;
   if (record.iteration == 0) return std::nullopt;
   return record.accepted ? test_accepted(record, situation) : test_rejected(record, situation);
 }
@@ -76,7 +78,9 @@ std::string Convergence::explain(Termination termination, const Summary& summary
            << options.gradient_tolerance;
       break;
     case Termination::function_tolerance:
-      if (last.accepted) {
+      if (last.cost <= summary.rounding) {
+        text << "converged: the observations are met to rounding";
+      } else if (last.accepted) {
         text << "converged: the cost changes by no more than " << options.function_tolerance
              << " of its value";
       } else {

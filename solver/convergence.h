@@ -12,8 +12,8 @@ namespace raybundle {
 /// The tests that end a solve, one iteration at a time.
 class Convergence {
  public:
-  /// `residuals`: how many squares the cost sums.
-  Convergence(const Options& options, std::int64_t residuals);
+  /// `residuals`: how many squares the cost sums; a cost up to `rounding` is none.
+  Convergence(const Options& options, std::int64_t residuals, double rounding = 0);
 
   /// What else is known when an iteration has ended.
   struct Situation {
@@ -43,6 +43,7 @@ class Convergence {
                                            const Situation& situation);
 
   Options options_;
+  double rounding_;
   double cost_resolution_;  // below this share of the cost a change is rounding
   int failures_ = 0;
 };

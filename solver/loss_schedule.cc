@@ -3,6 +3,7 @@
 #include <raybundle/models/statistics.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace raybundle {
 namespace {
@@ -24,8 +25,11 @@ bool LossSchedule::tighten(double relative_decrease) {
 }
 
 double wide_start_scale(const Problem& problem, double loss_scale) {
-  constexpr double widest = 1e100;
-  return std::clamp(2 * median_residual(problem), loss_scale, std::max(widest, loss_scale));
+  double widest = 0;
+  for (const double median : median_residuals(problem)) {
+    if (std::isfinite(median)) widest = std::max(widest, median);
+  }
+  return std::clamp(2 * widest, loss_scale, std::max(1e100, loss_scale));
 }
 
 RobustLoss robust_loss(const Options& options) {

@@ -25,7 +25,8 @@ class LossSchedule {
 };
 
 /// The scale to start with where the method graduates and the user did not say: residuals of the
-/// start count as errors of the start, not as outliers, up to twice their median.
+/// start count as errors of the start, not as outliers, up to twice the median of any camera. A
+/// camera whose every observation was beyond the loss would never come back.
 double wide_start_scale(const Problem& problem, double loss_scale);
 
 /// The loss that `options` (resolved) ask for, at its final scale.

@@ -31,28 +31,33 @@ void visit_options(AnyOptions& o, Visit&& visit) {
         OptionInfo{"elimination",
                    "side eliminated before the inner solve; auto: points, adinm: by condition"});
   visit(o.linear, OptionInfo{"linear", "solver of the (reduced) linear system; auto: by work"});
-  visit(o.preconditioner,
-        OptionInfo{"preconditioner", "preconditioner of the inner iterations; auto: by method"});
-  visit(o.damping_matrix,
-        OptionInfo{"damping-matrix", "matrix that the damping multiplies; auto: by method"});
+  visit(o.preconditioner, OptionInfo{"preconditioner",
+                                     "preconditioner of the inner iterations; auto: block-diag-s, "
+                                     "with elimination none b"});
+  visit(o.damping_matrix, OptionInfo{"damping-matrix",
+                                     "matrix that the damping multiplies; auto: diag-h for "
+                                     "lm-cholesky and tnm, else identity"});
   visit(o.scaling, OptionInfo{"scaling",
                               "scaling of the unknowns in the linear system and of the trust "
-                              "region; auto: by method"});
+                              "region; auto: inc for inm, dinm, adinm, irls, else identity"});
   visit(o.pose_update, OptionInfo{"pose-update", "how a pose takes a step"});
   visit(o.lens, OptionInfo{"lens", "whether f, k1, k2 are unknowns; auto: free, of rays fixed"});
   visit(o.points, OptionInfo{"points", "how points are described"});
   visit(o.point_start,
         OptionInfo{"point-start", "where points start: as given, or from two of their rays"});
   visit(o.objective, OptionInfo{"objective", "what a residual compares"});
-  visit(o.ray_weight,
-        OptionInfo{"ray-weight", "weight of a ray's residual; auto: pixel"});
-  visit(o.gauge, OptionInfo{"gauge",
-                            "whether the first pose and the scale stay; auto: free, dogleg: fixed"});
+  visit(o.ray_weight, OptionInfo{"ray-weight", "weight of a ray's residual; auto: pixel"});
+  visit(
+      o.gauge,
+      OptionInfo{"gauge", "whether the first pose and the scale stay; auto: free, dogleg: fixed"});
   visit(o.loss, OptionInfo{"loss", "robust loss; auto: none, irls: tukey"});
   visit(o.loss_scope,
         OptionInfo{"loss-scope", "what the loss is of, |r| or each component; auto: observation"});
-  visit(o.loss_scale, OptionInfo{"loss-scale", "scale of the loss, pixels; auto: 1 to 6, by loss",
-                                 1e-100, 1e100});
+  visit(o.loss_scale,
+        OptionInfo{"loss-scale",
+                   "scale of the loss, pixels; auto: 3 for geman-mcclure and truncated, "
+                   "6 for tukey, else 1",
+                   1e-100, 1e100});
   visit(o.loss_start_scale, OptionInfo{"loss-start-scale",
                                        "wider scale to start with, halved down to --loss-scale; "
                                        "auto: none, irls: from the start's residuals",
@@ -72,7 +77,9 @@ void visit_options(AnyOptions& o, Visit&& visit) {
         OptionInfo{"max-consecutive-failures", "stop after this many rejected steps in a row", 1,
                    1e9});
   visit(o.initial_damping,
-        OptionInfo{"initial-damping", "damping mu at the start; auto: by damping matrix", 0, 1e32});
+        OptionInfo{"initial-damping",
+                   "damping mu at the start; auto: 1e-4 with damping matrix diag-h, else 1", 0,
+                   1e32});
   visit(o.min_damping,
         OptionInfo{"min-damping", "mu never falls below this; auto: 1e-16", 0, 1e32});
   visit(o.max_damping,
@@ -91,13 +98,14 @@ void visit_options(AnyOptions& o, Visit&& visit) {
         OptionInfo{"forcing-rule", "what ends the inner iterations; auto: nash-sofer"});
   visit(o.forcing, OptionInfo{"forcing", "t of the forcing rule; auto: 0.1", 0, 0.99});
   visit(o.inc.rotation,
-        OptionInfo{"inc-rotation", "increment of rotations, radians", 1e-100, 1e100});
+        OptionInfo{"inc-rotation", "increment of rotations, radians; auto: 1e-9", 1e-100, 1e100});
   visit(o.inc.translation,
-        OptionInfo{"inc-translation", "increment of translations", 1e-100, 1e100});
-  visit(o.inc.focal, OptionInfo{"inc-focal", "increment of focal lengths, pixels", 1e-100, 1e100});
-  visit(o.inc.k1, OptionInfo{"inc-k1", "increment of k1", 1e-100, 1e100});
-  visit(o.inc.k2, OptionInfo{"inc-k2", "increment of k2", 1e-100, 1e100});
-  visit(o.inc.point, OptionInfo{"inc-point", "increment of points", 1e-100, 1e100});
+        OptionInfo{"inc-translation", "increment of translations; auto: 1e-9", 1e-100, 1e100});
+  visit(o.inc.focal,
+        OptionInfo{"inc-focal", "increment of focal lengths, pixels; auto: 1e-6", 1e-100, 1e100});
+  visit(o.inc.k1, OptionInfo{"inc-k1", "increment of k1; auto: 1e-9", 1e-100, 1e100});
+  visit(o.inc.k2, OptionInfo{"inc-k2", "increment of k2; auto: 1e-9", 1e-100, 1e100});
+  visit(o.inc.point, OptionInfo{"inc-point", "increment of points; auto: 1e-9", 1e-100, 1e100});
   visit(o.threads, OptionInfo{"threads", "worker threads; 0 means all cores", 0, 1024});
 }
 

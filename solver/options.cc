@@ -210,9 +210,7 @@ const char* name(Loss value) {
 const char* name(LossScope value) { return pick(std::array{"observation", "component"}, value); }
 const char* name(PoseUpdate value) { return pick(std::array{"global", "local", "se3"}, value); }
 const char* name(Lens value) { return pick(std::array{"free", "fixed"}, value); }
-const char* name(PointModel value) {
-  return pick(std::array{"xyz", "idp", "pba", "pmba"}, value);
-}
+const char* name(PointModel value) { return pick(std::array{"xyz", "idp", "pba", "pmba"}, value); }
 const char* name(PointStart value) { return pick(std::array{"problem", "rays"}, value); }
 const char* name(ObjectiveKind value) { return pick(std::array{"pixel", "ray"}, value); }
 const char* name(Gauge value) { return pick(std::array{"free", "fixed"}, value); }

@@ -60,7 +60,7 @@ struct Options {
   std::optional<LossScope> loss_scope = {};  ///< empty: observation
   std::optional<double> loss_scale = {};     ///< pixels; empty: default_scale(loss)
   /// Pixels; wide at first, halved down to loss_scale when the solve slows down. Empty: the same as
-  /// loss_scale; irls: twice the median residual of the start.
+  /// loss_scale; irls: twice the median residual of the camera that starts worst.
   std::optional<double> loss_start_scale = {};
 
   int max_iterations = 50;  ///< trial steps, rejected ones included

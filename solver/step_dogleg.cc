@@ -61,8 +61,8 @@ class DoglegStep final : public StepSolver {
   }
 
   double length(const StepRequest& request, const std::vector<double>& p) const {
-    return std::sqrt(linalg::parallel_sum(
-        pool_, unknowns_, 16384, [&](std::int64_t first, std::int64_t last) {
+    return std::sqrt(
+        linalg::parallel_sum(pool_, unknowns_, 16384, [&](std::int64_t first, std::int64_t last) {
           double sum = 0;
           for (std::int64_t i = first; i < last; ++i) {
             const double scaled = p[index(i)] / inverse_scaling(request, index(i));
@@ -97,7 +97,8 @@ class DoglegStep final : public StepSolver {
       linalg::for_entries(unknowns_, pool_, [&](std::size_t i) {
         damping_[i] = diagonal_[i] > 0 ? regularisation_ * diagonal_[i] : 1.0;
       });
-      have_newton_ = newton_solver_->solve(inner, newton_.data()).solved && newton_descends(request);
+      have_newton_ =
+          newton_solver_->solve(inner, newton_.data()).solved && newton_descends(request);
       ++report.linear_solves;
       if (have_newton_) break;
       regularisation_ = std::max(least_regularisation, regularisation_ * regularisation_factor);
@@ -133,8 +134,8 @@ class DoglegStep final : public StepSolver {
   // The t in [0, 1] with |D (p_C + t (p_N - p_C))| = radius, from
   //   |d|^2 t^2 + 2 p_C.d t - (radius^2 - |p_C|^2) = 0,  d = p_N - p_C, lengths being scaled.
   double share_of_newton(const StepRequest& request) const {
-    const double product = linalg::parallel_sum(
-        pool_, unknowns_, 16384, [&](std::int64_t first, std::int64_t last) {
+    const double product =
+        linalg::parallel_sum(pool_, unknowns_, 16384, [&](std::int64_t first, std::int64_t last) {
           double sum = 0;
           for (std::int64_t i = first; i < last; ++i) {
             const double inverse = inverse_scaling(request, index(i));

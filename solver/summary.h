@@ -73,6 +73,7 @@ struct [[nodiscard]] Summary {
   std::string message;  ///< the reason in words
   double initial_cost = 0;
   double final_cost = 0;
+  double rounding = 0;       ///< what a cost may be for the rounding of the observations alone
   double gradient_norm = 0;  ///< at the end
   int accepted = 0;
   int linear_solves = 0;

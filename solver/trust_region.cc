@@ -70,7 +70,8 @@ TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::Thread
       J_step_(index(objective.layout().residuals())),
       increments_(increments(options)),
       loss_(options),
-      convergence_(options, objective.layout().residuals()) {
+      convergence_(options, objective.layout().residuals(), objective.rounding_cost()) {
+  summary_.rounding = objective.rounding_cost();
   summary_.options = options;
   if (options.forcing) forcing_.emplace(*options.forcing_rule, *options.forcing);
   start_globalisation();
@@ -81,7 +82,8 @@ void TrustRegion::start_globalisation() {
   const MethodTraits& method = traits(options.method);
   if (method.damped) damping_.emplace(*options.initial_damping, *options.min_damping);
   if (method.bounded) radius_.emplace(options.initial_radius, method.radius);
-  if (method.inner == InnerSolve::pcg && method.bounded && !method.damped) block_radius_.emplace(std::nullopt);
+  if (method.inner == InnerSolve::pcg && method.bounded && !method.damped)
+    block_radius_.emplace(std::nullopt);
 }
 
 Summary TrustRegion::run(State& state) {

@@ -79,7 +79,7 @@ class TrustRegion {
   double promise_ = 0;        // of the model without damping and region, at least
   StepReport report_;         // of the last step
   bool step_valid_ = false;
-  bool relinearised_ = true;   // since the last step
+  bool relinearised_ = true;  // since the last step
   bool stopped_ = false;
   IterationRecord record_;
   Summary summary_;

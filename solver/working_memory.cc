@@ -12,6 +12,8 @@ constexpr double word = 8;
 
 struct Sizes {
   double rows, cameras, points;
+  double residuals;  // of a row
+  double parts;      // of a row: the cameras it touches, at most
   double camera_unknowns() const { return 9 * cameras; }
   double point_unknowns() const { return 3 * points; }
   double unknowns() const { return camera_unknowns() + point_unknowns(); }
@@ -19,11 +21,12 @@ struct Sizes {
 
 /// What every method has: objective, layout, states, Jacobian, normal equations, vectors.
 double engine(const Sizes& n) {
-  const double objective = 24 * n.rows + 192 * n.cameras;
-  const double layout = 24 * n.rows + word * (n.cameras + n.points);
-  const double states = 2 * word * n.unknowns();
-  const double jacobian = 2 * (9 + 3) * word * n.rows;
-  const double residuals = 2 * 2 * word * n.rows;
+  const double objective = (32 + 24) * n.rows + 256 * n.cameras + 8 * n.points;
+  const double several = n.parts > 1 ? 20 * n.parts * n.rows + 8 * n.rows : 0;
+  const double layout = 24 * n.rows + several + 2 * word * (n.cameras + n.points);
+  const double states = 2 * word * (n.unknowns() + n.points);
+  const double jacobian = n.residuals * (9 * n.parts + 3) * word * n.rows;
+  const double residuals = 2 * n.residuals * word * n.rows;
   const double blocks = word * (81 * n.cameras + 9 * n.points);
   const double vectors = 4 * word * n.unknowns();
   return objective + layout + states + jacobian + residuals + blocks + vectors;
@@ -35,7 +38,8 @@ double eliminated_side(const Sizes& n, Elimination elimination) {
   const bool points = elimination == Elimination::points;
   const double size = points ? 3 : 9;
   const double blocks = points ? n.points : n.cameras;
-  return word * (size * size * blocks + 2 * size * n.rows + size * blocks);
+  const double W = n.parts > 1 ? 27 * (n.rows + 2 * n.points) : 0;
+  return word * (size * size * blocks + n.residuals * size * n.rows + size * blocks + W);
 }
 
 double kept_unknowns(const Sizes& n, Elimination elimination) {
@@ -47,7 +51,7 @@ double kept_unknowns(const Sizes& n, Elimination elimination) {
 double conjugate_gradients(const Sizes& n, Elimination elimination) {
   const double camera_blocks = elimination == Elimination::cameras ? 0 : 81 * n.cameras;
   const double point_blocks = elimination == Elimination::points ? 0 : 9 * n.points;
-  return 2 * word * (camera_blocks + point_blocks) + 2 * word * n.rows +
+  return 2 * word * (camera_blocks + point_blocks) + n.residuals * word * n.rows +
          7 * word * kept_unknowns(n, elimination);
 }
 
@@ -57,24 +61,37 @@ double inner_solver(const Sizes& n, const Options& options, Elimination eliminat
          (pcg ? conjugate_gradients(n, elimination) : word * kept_unknowns(n, elimination));
 }
 
+double most_parts(PointModel points) {
+  if (points == PointModel::xyz) return 1;
+  return points == PointModel::idp ? 2 : 3;
+}
+
+/// What belongs to the methods: a dogleg has both ends of its path and their products.
+double dogleg(const Sizes& n, const MethodTraits& method) {
+  if (method.inner != InnerSolve::dogleg) return 0;
+  return word * (4 * n.unknowns() + n.residuals * n.rows);
+}
+
 }  // namespace
 
 double working_memory(const Problem& problem, const Options& options) {
   const Sizes n = {static_cast<double>(problem.observation_count()),
                    static_cast<double>(problem.camera_count()),
-                   static_cast<double>(problem.point_count())};
+                   static_cast<double>(problem.point_count()),
+                   options.objective == ObjectiveKind::ray ? 3.0 : 2.0, most_parts(options.points)};
   const double scaling =
       options.scaling.value_or(DiagonalMatrix::identity) == DiagonalMatrix::identity
           ? 0
           : word * n.unknowns();
   const MethodTraits& method = traits(options.method);
   // solver/block_region.h: a damping of its own, and lengths.
-  const double held =
-      method.bounded && !method.damped ? word * (n.unknowns() + n.points + n.cameras) : 0;
+  const double held = method.inner == InnerSolve::pcg && method.bounded && !method.damped
+                          ? word * (n.unknowns() + n.points + n.cameras)
+                          : 0;
   const double inner = method.adaptive ? inner_solver(n, options, Elimination::points) +
                                              inner_solver(n, options, Elimination::cameras)
                                        : inner_solver(n, options, *options.elimination);
-  return engine(n) + scaling + held + inner;
+  return engine(n) + scaling + held + inner + dogleg(n, method);
 }
 
 }  // namespace raybundle

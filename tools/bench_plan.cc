@@ -70,16 +70,27 @@ std::string name_of_file(const fs::path& file) {
   return name;
 }
 
-/// "[NAME=]FILE[:TRUTH]"; a file that is there is one whatever its name.
-BenchProblem given_problem(const std::string& text) {
-  constexpr double none = std::numeric_limits<double>::infinity();
-  if (fs::exists(text) || text.find('=') == std::string::npos) {
-    return {name_of_file(text), text, {}, {}, none};
+/// "FILE[:TRUTH]"; a file that is there is one whatever its name.
+BenchProblem files_of(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  const bool alone = fs::exists(text) || colon == std::string::npos;
+  const fs::path file = text.substr(0, alone ? text.size() : colon);
+  const fs::path truth = alone ? "" : text.substr(colon + 1);
+  if (!alone && (file.empty() || truth.empty())) {
+    throw OptionError("PROBLEM: '" + text + "' names no " + (file.empty() ? "FILE" : "TRUTH") +
+                      " beside the colon");
   }
+  return {name_of_file(file), file, truth, {}, std::numeric_limits<double>::infinity()};
+}
+
+/// "[NAME=]FILE[:TRUTH]".
+BenchProblem given_problem(const std::string& text) {
+  BenchProblem unnamed = files_of(text);
+  if (fs::exists(unnamed.file) || text.find('=') == std::string::npos) return unnamed;
   const auto [name, value] = split_named("PROBLEM", text);
-  const std::size_t colon = value.rfind(':');
-  if (fs::exists(value) || colon == std::string::npos) return {name, value, {}, {}, none};
-  return {name, value.substr(0, colon), value.substr(colon + 1), {}, none};
+  BenchProblem problem = files_of(value);
+  problem.name = name;
+  return problem;
 }
 
 BenchProblem scene(const std::string& text, const fs::path& folder) {

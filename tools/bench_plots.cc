@@ -9,13 +9,15 @@
 namespace raybundle::tools {
 namespace {
 
-/// One curve per variant on a problem; `x` and `y` of an Iterate.
+/// One curve per variant on a problem; `x` and `y` of an Iterate. `compared`: only costs that
+/// compare with the best.
 template <class X, class Y>
 std::vector<Series> curves(const BenchPlan& plan, const std::vector<MedianResult>& medians,
-                           std::size_t problem, X x, Y y) {
+                           std::size_t problem, bool compared, X x, Y y) {
   std::vector<Series> all;
   for (const MedianResult& each : medians) {
     if (each.problem != problem || each.middle == nullptr) continue;
+    if (compared && !each.compared) continue;
     const BenchVariant& variant = plan.variants[each.variant];
     Series series{
         .name = variant.name, .x = {}, .y = {}, .dashed = variant.solver == BenchSolver::ceres};
@@ -36,15 +38,16 @@ void add_problem(const BenchPlan& plan, const BenchResults& results,
   const auto cost = [](const Iterate& i) { return i.cost; };
   const auto gradient = [](const Iterate& i) { return i.gradient_norm; };
   const auto excess = [best](const Iterate& i) { return i.cost / best - 1; };
-  const auto add = [&](const char* what, const char* label, bool over_time, const auto& y) {
+  const auto add = [&](const std::string& what, const char* label, bool over_time, const auto& y) {
+    const bool compared = what == "excess";
     LinePlot plot{.title = plan.problems[p].name,
                   .x_label = over_time ? "time in seconds" : "iteration",
                   .y_label = label,
                   .log_x = over_time,
                   .log_y = true,
                   .steps = false,
-                  .series = over_time ? curves(plan, medians, p, seconds, y)
-                                      : curves(plan, medians, p, iteration, y)};
+                  .series = over_time ? curves(plan, medians, p, compared, seconds, y)
+                                      : curves(plan, medians, p, compared, iteration, y)};
     folder.add(plan.problems[p].name + "_" + what + (over_time ? "_time" : "_iterations"), plot);
   };
   for (const bool over_time : {true, false}) {

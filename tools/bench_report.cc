@@ -1,5 +1,6 @@
 #include <raybundle/tools/bench_report.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <nlohmann/json.hpp>
@@ -63,12 +64,23 @@ std::string cell(double value, const char* form = "%.3g") {
   return format(form, value);
 }
 
+/// "Start 12, best 3.", or why they are not known.
+std::string costs_text(const BenchResults& results, std::size_t problem) {
+  const double start = results.start[problem], best = results.best[problem];
+  const std::string text = std::isnan(start) ? "No run has a cost" : "Start " + cell(start, "%.8g");
+  return text + (std::isinf(best) ? "" : ", best " + cell(best, "%.10g")) + ".";
+}
+
 std::string problem_table(const BenchPlan& plan, const BenchResults& results,
                           const std::vector<MedianResult>& medians, std::size_t problem) {
+  const std::string title = "### " + plan.problems[problem].name + "\n\n";
+  const bool has_runs = std::any_of(medians.begin(), medians.end(), [&](const MedianResult& each) {
+    return each.problem == problem;
+  });
+  if (!has_runs) return title + "Not run.\n\n";
   std::string text =
-      "### " + plan.problems[problem].name + "\n\nStart " + cell(results.start[problem], "%.8g") +
-      ", best " + cell(results.best[problem], "%.10g") +
-      ".\n\n"
+      title + costs_text(results, problem) +
+      "\n\n"
       "| variant | status | final cost | over best | gradient | iterations | inner | "
       "s | s to 1e-1 | s to 1e-2 | s to 1e-3 | s to 1e-5 | peak MB | camera RMSE | point RMSE |\n"
       "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
@@ -76,7 +88,7 @@ std::string problem_table(const BenchPlan& plan, const BenchResults& results,
     if (each.problem != problem) continue;
     text += "| " + plan.variants[each.variant].name + " | " + each.status + " | " +
             cell(each.final_cost, "%.8g") + " | " +
-            cell(each.final_cost / results.best[problem], "%.6f") + " | " +
+            (each.compared ? cell(each.final_cost / results.best[problem], "%.6f") : "-") + " | " +
             cell(each.gradient_norm) + " | " + cell(each.iterations, "%.0f") + " | " +
             cell(each.inner_iterations, "%.0f") + " | " + cell(each.seconds);
     for (const double seconds : each.seconds_to) text += " | " + cell(seconds);
@@ -103,6 +115,24 @@ std::string profile_table(const BenchPlan& plan, const std::vector<MedianResult>
   }
   const std::string plot = format("plots/profile_%.0e.svg", accuracies[which]);
   if (std::filesystem::exists(plan.folder / plot)) text += "\n![Profile](" + plot + ")\n";
+  return text + "\n";
+}
+
+/// What the shares of the profiles are shares of.
+std::string denominator_text(const BenchPlan& plan, const std::vector<MedianResult>& medians) {
+  const std::vector<bool> run = problems_run(plan, medians);
+  const auto count = std::count(run.begin(), run.end(), true);
+  if (count == 0) return "No problem was run.\n\n";
+  const auto carried_out =
+      std::count_if(medians.begin(), medians.end(), [](const auto& m) { return m.carried_out; });
+  const auto missing = count * static_cast<std::ptrdiff_t>(plan.variants.size()) - carried_out;
+  std::string text = std::to_string(count) + " of " +
+                     count_text(static_cast<std::int64_t>(run.size()), "problem") +
+                     (count == 1 ? " was" : " were") + " run: the shares are of those.\n";
+  if (missing > 0) {
+    text += count_text(missing, "pair") +
+            " of variant and problem among them, refused or not run yet, count as not solved.\n";
+  }
   return text + "\n";
 }
 
@@ -178,12 +208,12 @@ std::string results_json(const BenchPlan& plan, const BenchResults& results,
 std::string summary_markdown(const BenchPlan& plan, const BenchResults& results,
                              const Machine& machine) {
   const std::vector<MedianResult> all = medians(plan, results);
-  std::string text = "# Bench\n\n" + machine.processor + ", " + std::to_string(machine.cores) +
-                     " cores, " + bytes_text(static_cast<double>(machine.memory)) + ", kernels " +
+  std::string text = "# Bench\n\n" + machine.processor + ", " + count_text(machine.cores, "core") +
+                     ", " + bytes_text(static_cast<double>(machine.memory)) + ", kernels " +
                      machine.instruction_set + ", " + machine.system + ".\nraybundle " +
                      machine.version + " (" + machine.build + "). " + "Medians of " +
-                     std::to_string(plan.arguments.runs) + " runs; " +
-                     std::to_string(plan.arguments.threads) + " threads; time limit " +
+                     count_text(plan.arguments.runs, "run") + "; " +
+                     count_text(plan.arguments.threads, "thread") + "; time limit " +
                      format("%g", plan.arguments.time_limit) + " s.\n\n";
   for (const BenchVariant& variant : plan.variants) {
     text += "- `" + variant.name + "`:";
@@ -194,7 +224,8 @@ std::string summary_markdown(const BenchPlan& plan, const BenchResults& results,
       "\n## Profiles\n\nShare of the problems that a variant solves to within tau of the best "
       "(cost at "
       "most best + tau (start - best))\nin at most so many times the time of the fastest "
-      "variant.\n\n";
+      "variant. " +
+      denominator_text(plan, all);
   for (std::size_t i = 0; i < accuracies.size(); ++i) text += profile_table(plan, all, i);
   text +=
       "## Problems\n\nTimes count from the start of the solve. Errors against the truth, where it "

@@ -51,7 +51,7 @@ void read_log(const Json& log, RunResult& result) {
   if (std::isnan(result.gradient_norm)) result.gradient_norm = result.trace.back().gradient_norm;
 }
 
-std::string count_text(const std::map<std::string, int>& counts) {
+std::string status_text(const std::map<std::string, int>& counts) {
   if (counts.size() == 1) return counts.begin()->first;
   std::string text;
   for (const auto& [status, count] : counts) {
@@ -82,13 +82,22 @@ const RunResult* middle_run(std::vector<const RunResult*> runs) {
   return runs[(runs.size() - 1) / 2];
 }
 
+bool was_carried_out(RunStatus status) {
+  return status != RunStatus::refused && status != RunStatus::error &&
+         status != RunStatus::interrupted;
+}
+
 MedianResult median_result(const std::vector<const RunResult*>& runs) {
   MedianResult all{};
   all.problem = runs.front()->problem;
   all.variant = runs.front()->variant;
   std::map<std::string, int> counts;
   for (const RunResult* run : runs) ++counts[name(run->status)];
-  all.status = count_text(counts);
+  all.status = status_text(counts);
+  all.carried_out = std::any_of(runs.begin(), runs.end(),
+                                [](const RunResult* r) { return was_carried_out(r->status); });
+  all.compared = std::all_of(runs.begin(), runs.end(),
+                             [](const RunResult* r) { return r->compared || r->trace.empty(); });
   all.final_cost = median_of(runs, [](const RunResult& r) { return r.final_cost; });
   all.gradient_norm = median_of(runs, [](const RunResult& r) { return r.gradient_norm; });
   all.iterations = median_of(runs, [](const RunResult& r) { return known(r.iterations); });
@@ -140,11 +149,9 @@ void complete(const BenchPlan& plan, BenchResults& results) {
   for (const RunResult& run : results.runs) {
     if (!run.robust && !run.trace.empty()) has_plain[run.problem] = true;
   }
-  const auto counts = [&](const RunResult& run) {
-    return !run.trace.empty() && !(run.robust && has_plain[run.problem]);
-  };
-  for (const RunResult& run : results.runs) {
-    if (!counts(run)) continue;
+  for (RunResult& run : results.runs) {
+    run.compared = !run.trace.empty() && !(run.robust && has_plain[run.problem]);
+    if (!run.compared) continue;
     double& start = results.start[run.problem];
     if (std::isnan(start)) start = run.trace.front().cost;
     for (const Iterate& each : run.trace) {
@@ -153,7 +160,7 @@ void complete(const BenchPlan& plan, BenchResults& results) {
   }
   for (RunResult& run : results.runs) {
     run.seconds_to.fill(infinity);
-    if (!counts(run)) continue;
+    if (!run.compared) continue;
     std::vector<CostAt> trace;
     for (const Iterate& each : run.trace) trace.push_back({each.seconds, each.cost});
     for (std::size_t i = 0; i < accuracies.size(); ++i) {
@@ -169,7 +176,9 @@ BenchResults read_results(const BenchPlan& plan) {
   for (const BenchProblem& problem : plan.problems) {
     for (const BenchVariant& variant : plan.variants) {
       for (int run = 1; run <= plan.arguments.runs; ++run) {
-        if (!fs::exists(plan.run_path(problem, variant, run).string() + ".run.json")) continue;
+        const auto outcome =
+            load_outcome(plan.run_path(problem, variant, run).string() + ".run.json");
+        if (!outcome || !is_of_variant(outcome->stamp, variant, plan.arguments)) continue;
         results.runs.push_back(read_run(plan, problem, variant, run));
       }
     }
@@ -192,6 +201,14 @@ std::vector<MedianResult> medians(const BenchPlan& plan, const BenchResults& res
   return all;
 }
 
+std::vector<bool> problems_run(const BenchPlan& plan, const std::vector<MedianResult>& medians) {
+  std::vector<bool> run(plan.problems.size(), false);
+  for (const MedianResult& each : medians) {
+    if (each.carried_out) run[each.problem] = true;
+  }
+  return run;
+}
+
 std::vector<Profile> profiles(const BenchPlan& plan, const std::vector<MedianResult>& medians,
                               std::size_t which) {
   std::vector<std::vector<double>> seconds(plan.problems.size(),
@@ -199,6 +216,11 @@ std::vector<Profile> profiles(const BenchPlan& plan, const std::vector<MedianRes
   for (const MedianResult& each : medians) {
     seconds[each.problem][each.variant] = each.seconds_to[which];
   }
+  const std::vector<bool> run = problems_run(plan, medians);
+  for (std::size_t p = run.size(); p-- > 0;) {
+    if (!run[p]) seconds.erase(seconds.begin() + static_cast<std::ptrdiff_t>(p));
+  }
+  if (seconds.empty()) return std::vector<Profile>(plan.variants.size(), Profile{{1}, {0}});
   return profiles(seconds);
 }
 

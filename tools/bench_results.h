@@ -32,7 +32,8 @@ struct RunResult {
   RunStatus status = RunStatus::error;
   std::string message;
   std::string termination;
-  bool robust = false;  ///< minimised a robust loss
+  bool robust = false;    ///< minimised a robust loss
+  bool compared = false;  ///< its cost is of the kind that start and best are of; complete() says
   std::vector<Iterate> trace;
   double initial_cost = NAN;
   double final_cost = NAN;
@@ -50,6 +51,8 @@ struct RunResult {
 struct MedianResult {
   std::size_t problem, variant;
   std::string status;  ///< "ok", or "2 ok, 1 crashed"
+  bool carried_out;    ///< at least one run was: not refused, and not ended by the system
+  bool compared;       ///< so is the cost of each of its runs that has one
   double final_cost, gradient_norm, iterations, inner_iterations, seconds;
   std::array<double, accuracies.size()> seconds_to;
   double peak_bytes, camera_rmse, point_rmse;
@@ -70,13 +73,17 @@ RunResult read_run(const BenchPlan& plan, const BenchProblem& problem, const Ben
 /// of plain squares: where both are there, runs with a loss count as never there.
 void complete(const BenchPlan& plan, BenchResults& results);
 
-/// All runs that are there, completed.
+/// All runs that are there and were made with the plan's options, completed. What is left of an
+/// earlier plan is not of this one, even where the variant has the same name.
 BenchResults read_results(const BenchPlan& plan);
 
 /// One for each pair that has runs, problem by problem.
 std::vector<MedianResult> medians(const BenchPlan& plan, const BenchResults& results);
 
-/// The profile of every variant at accuracies[which].
+/// Of each problem, whether anybody's run on it was carried out.
+std::vector<bool> problems_run(const BenchPlan& plan, const std::vector<MedianResult>& medians);
+
+/// The profile of every variant at accuracies[which], over the problems that were run.
 std::vector<Profile> profiles(const BenchPlan& plan, const std::vector<MedianResult>& medians,
                               std::size_t which);
 

@@ -5,9 +5,9 @@
 #include <optional>
 #include <system_error>
 
-#include <raybundle/models/error.h>
 #include <raybundle/models/io/atomic_file.h>
 #include <raybundle/tools/bench_machine.h>
+#include <raybundle/tools/bench_prepare.h>
 #include <raybundle/tools/bench_process.h>
 #include <raybundle/tools/bench_results.h>
 #include <raybundle/tools/bench_stamp.h>
@@ -45,14 +45,20 @@ class Runner {
     }
   }
 
-  RunCounts run() {
-    make_scenes();
+  RunCounts run(const std::function<void()>& accept) {
+    check();
+    NewScenes scenes(plan_);
+    scenes.make(ours_.path, interrupt_);
     if (interrupted()) return finished();
+    fs::create_directories(plan_.folder);
+    accept();
+    scenes.put_in_place();
+    counts_.accepted = true;
     const std::vector<Job> jobs = open_jobs();
     io::write_file_atomically(plan_.folder / "machine.json", to_json(machine_));
     if (counts_.kept > 0) {
-      say(std::to_string(counts_.kept) + " runs of an earlier call are kept, " +
-          std::to_string(jobs.size()) + " are to be done");
+      say(count_text(counts_.kept, "run") + " of an earlier call kept, " +
+          std::to_string(jobs.size()) + " to be done");
     }
     for (const Job& job : jobs) {
       if (interrupted()) break;
@@ -74,40 +80,36 @@ class Runner {
     return counts_;
   }
 
-  void make_scenes() {
+  /// Finds out whatever is wrong with the plan. Of files that would be read by no run only whether
+  /// they are there matters.
+  void check() const {
+    check_variants(plan_);
+    check_files_exist(plan_);
     for (const BenchProblem& problem : plan_.problems) {
       if (interrupted()) return;
-      if (!problem.generate.empty()) {
-        make_scene(problem);
-      } else if (!fs::is_regular_file(problem.file)) {
-        throw InputError(problem.file.string(), 0, "no file", "the problem " + problem.name);
-      } else if (!problem.truth.empty() && !fs::is_regular_file(problem.truth)) {
-        throw InputError(problem.truth.string(), 0, "no file", "the truth of " + problem.name);
-      }
+      if (problem.generate.empty() && has_open_runs(problem)) check_content(problem);
     }
   }
 
-  /// A scene that is there was made from what its .scene file says.
-  void make_scene(const BenchProblem& problem) {
-    const fs::path recipe = with(problem.file, ".scene");
-    std::string words;
-    for (const std::string& word : problem.generate) words += word + "\n";
-    if (fs::exists(problem.file) && file_text(recipe) == words) return;
-    fs::create_directories(problem.file.parent_path());
-    fs::remove(recipe);
-    say("generating " + problem.name);
-    ProcessRequest request{.command = {ours_.path.string(), "generate"}};
-    request.interrupt = &interrupt_;
-    auto& command = request.command;
-    command.insert(command.end(), problem.generate.begin(), problem.generate.end());
-    command.insert(command.end(), {"-o", problem.file.string(), "--truth", problem.truth.string()});
-    const ProcessResult result = run_process(request);
-    if (result.interrupted) return;
-    if (result.code != 0) {
-      throw InputError("--scene " + problem.name, 0, complaint(result),
-                       "arguments of `raybundle generate`");
+  bool has_open_runs(const BenchProblem& problem) const {
+    for (const BenchVariant& variant : plan_.variants) {
+      const std::string stamp = stamp_of(problem, variant);
+      for (int run = 1; run <= plan_.arguments.runs; ++run) {
+        if (!is_done(problem, variant, run, stamp)) return true;
+      }
     }
-    io::write_file_atomically(recipe, words);
+    return false;
+  }
+
+  std::string stamp_of(const BenchProblem& problem, const BenchVariant& variant) const {
+    return run_stamp(problem, variant, plan_.arguments, program(variant), machine_.processor);
+  }
+
+  bool is_done(const BenchProblem& problem, const BenchVariant& variant, int run,
+               const std::string& stamp) const {
+    const fs::path base = plan_.run_path(problem, variant, run);
+    const auto outcome = load_outcome(with(base, ".run.json"));
+    return outcome && stands(*outcome, stamp, fs::exists(with(base, ".json")));
   }
 
   /// All runs that no earlier call has done, in order.
@@ -116,12 +118,8 @@ class Runner {
     for (int run = 1; run <= plan_.arguments.runs; ++run) {
       for (const BenchProblem& problem : plan_.problems) {
         for (const BenchVariant& variant : plan_.variants) {
-          const fs::path base = plan_.run_path(problem, variant, run);
-          Job job{
-              &problem, &variant, run,
-              run_stamp(problem, variant, plan_.arguments, program(variant), machine_.processor)};
-          const auto outcome = load_outcome(with(base, ".run.json"));
-          if (outcome && stands(*outcome, job.stamp, fs::exists(with(base, ".json")))) {
+          Job job{&problem, &variant, run, stamp_of(problem, variant)};
+          if (is_done(problem, variant, run, job.stamp)) {
             ++counts_.kept;
           } else {
             jobs.push_back(std::move(job));
@@ -218,8 +216,9 @@ class Runner {
 
 }  // namespace
 
-RunCounts run_plan(const BenchPlan& plan, const InterruptGuard& interrupt) {
-  return Runner(plan, interrupt).run();
+RunCounts run_plan(const BenchPlan& plan, const InterruptGuard& interrupt,
+                   const std::function<void()>& accept) {
+  return Runner(plan, interrupt).run(accept);
 }
 
 }  // namespace raybundle::tools

@@ -55,6 +55,14 @@ bool speaks_of_memory(const std::string& output) {
   return false;
 }
 
+/// What a stamp begins with.
+std::string variant_stamp(const BenchVariant& variant, const BenchArguments& arguments) {
+  std::string stamp = variant.solver == BenchSolver::ceres ? "ceres" : "raybundle";
+  for (const std::string& word : variant.options) stamp += " '" + word + "'";
+  return stamp + format("; memory limit %llu; program ",
+                        static_cast<unsigned long long>(arguments.memory_limit));
+}
+
 RunStatus status_of(const ProcessResult& result, BenchSolver solver, bool has_log) {
   if (result.interrupted) return RunStatus::interrupted;
   if (result.timed_out) return RunStatus::time_limit;
@@ -93,13 +101,15 @@ BenchProgram bench_program(const fs::path& path) {
 std::string run_stamp(const BenchProblem& problem, const BenchVariant& variant,
                       const BenchArguments& arguments, const BenchProgram& program,
                       const std::string& processor) {
-  std::string stamp = variant.solver == BenchSolver::ceres ? "ceres" : "raybundle";
-  for (const std::string& word : variant.options) stamp += " '" + word + "'";
-  stamp += format("; memory limit %llu", static_cast<unsigned long long>(arguments.memory_limit));
-  stamp += "; program " + program.hash;
+  std::string stamp = variant_stamp(variant, arguments) + program.hash;
   stamp += "; problem of " + file_stamp(problem.file);
   if (!problem.truth.empty()) stamp += "; truth of " + file_stamp(problem.truth);
   return stamp + "; on " + processor;
+}
+
+bool is_of_variant(const std::string& stamp, const BenchVariant& variant,
+                   const BenchArguments& arguments) {
+  return stamp.starts_with(variant_stamp(variant, arguments));
 }
 
 RunOutcome judge(const ProcessResult& result, BenchSolver solver, bool has_log,

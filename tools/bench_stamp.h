@@ -49,6 +49,11 @@ std::string run_stamp(const BenchProblem& problem, const BenchVariant& variant,
                       const BenchArguments& arguments, const BenchProgram& program,
                       const std::string& processor);
 
+/// Whether a run with this stamp was made with the options and limits of this variant, whatever the
+/// program and the files.
+bool is_of_variant(const std::string& stamp, const BenchVariant& variant,
+                   const BenchArguments& arguments);
+
 /// How a run ended. `has_log`: whether it left one.
 RunOutcome judge(const ProcessResult& result, BenchSolver solver, bool has_log,
                  const std::string& stamp);

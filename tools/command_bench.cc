@@ -15,12 +15,14 @@
 #include <raybundle/linalg/parallel.h>
 #include <raybundle/models/io/atomic_file.h>
 #include <raybundle/solver/option_table.h>
+#include <raybundle/tools/bench_call.h>
 #include <raybundle/tools/bench_report.h>
 #include <raybundle/tools/bench_runner.h>
 #include <raybundle/tools/bench_stamp.h>
 #include <raybundle/tools/commands.h>
 #include <raybundle/tools/interrupt.h>
 #include <raybundle/tools/output.h>
+#include <raybundle/tools/report.h>
 
 namespace raybundle::tools {
 namespace {
@@ -32,8 +34,10 @@ constexpr const char* default_common =
     "--max-iterations 500 --function-tolerance 1e-16 --gradient-tolerance 1e-16 "
     "--parameter-tolerance 1e-16";
 
+constexpr const char* plan_name = "plan.json";
+
 struct Arguments {
-  BenchArguments bench;
+  BenchCall call;
   std::string folder;
   bool only_report = false;
 };
@@ -47,29 +51,45 @@ std::string built_ceres() {
   return fs::exists(beside) ? fs::canonical(beside).string() : "";
 }
 
-/// What is to be done: as given, or as an earlier call left it.
-BenchPlan plan_of(Arguments& arguments) {
-  const fs::path kept = fs::path(arguments.folder) / "plan.json";
-  if (arguments.bench.problems.empty() && arguments.bench.scenes.empty()) {
-    if (!fs::exists(kept)) {
-      throw OptionError("no PROBLEM and no --scene, and no earlier bench in " + arguments.folder);
-    }
-    return make_plan(bench_arguments(file_text(kept), kept.string()), arguments.folder);
-  }
-  if (arguments.bench.ceres.empty()) arguments.bench.ceres = built_ceres();
-  if (arguments.bench.ceres == "none") arguments.bench.ceres.clear();
-  BenchPlan plan = make_plan(arguments.bench, arguments.folder);
-  fs::create_directories(arguments.folder);
-  io::write_file_atomically(kept, to_json(arguments.bench));
-  return plan;
+BenchArguments default_arguments(const BenchCall& call) {
+  BenchArguments arguments;
+  arguments.common = default_common;
+  arguments.threads = static_cast<int>(linalg::available_threads());
+  if (!call.ceres) arguments.ceres = built_ceres();
+  return arguments;
 }
 
-ExitCode run(Arguments& arguments) {
+/// What is to be done: what an earlier call left, or defaults, with what is given instead.
+BenchPlan plan_of(const Arguments& arguments) {
+  if (arguments.only_report) check_report_call(arguments.call);
+  const fs::path kept = fs::path(arguments.folder) / plan_name;
+  if (names_problems(arguments.call)) {
+    return make_plan(changed_by(arguments.call, default_arguments(arguments.call)),
+                     arguments.folder);
+  }
+  if (!fs::exists(kept)) {
+    throw OptionError("no PROBLEM and no --scene, and no earlier bench in " + arguments.folder);
+  }
+  const BenchArguments earlier = bench_arguments(file_text(kept), kept.string());
+  return make_plan(changed_by(arguments.call, earlier), arguments.folder);
+}
+
+void save(const BenchPlan& plan) {
+  io::write_file_atomically(plan.folder / plan_name, to_json(plan.arguments));
+}
+
+ExitCode run(const Arguments& arguments) {
   const BenchPlan plan = plan_of(arguments);
   RunCounts counts;
-  if (!arguments.only_report) {
+  if (arguments.only_report) {
+    if (!arguments.call.best.empty()) save(plan);
+  } else {
     const InterruptGuard interrupt(false);
-    counts = run_plan(plan, interrupt);
+    counts = run_plan(plan, interrupt, [&plan] { save(plan); });
+    if (!counts.accepted) {
+      say("interrupted before the first run; " + arguments.folder + " is as it was");
+      return ExitCode::interrupted;
+    }
   }
   const std::string complaint = write_reports(plan);
   if (!complaint.empty()) say(complaint);
@@ -79,60 +99,57 @@ ExitCode run(Arguments& arguments) {
   }
   print("results in " + (plan.folder / "summary.md").string() + "\n");
   if (counts.refused == 0) return ExitCode::usable;
-  say("raybundle: " + std::to_string(counts.refused) + " runs could not be carried out");
+  say("raybundle: " + count_text(counts.refused, "run") + " could not be carried out");
   return ExitCode::failure;
 }
 
-void add_problem_options(CLI::App& parser, BenchArguments& bench) {
+void add_problem_options(CLI::App& parser, BenchCall& call) {
   parser
-      .add_option("PROBLEM", bench.problems,
+      .add_option("PROBLEM", call.problems,
                   "[NAME=]FILE[:TRUTH], a BAL file, and where known its truth.\n"
-                  "None, and no --scene: what the last call for FOLDER was given")
+                  "None, and no --scene: what the last call for FOLDER was given,\n"
+                  "but for the options given now")
       ->type_name("");
-  parser.add_option("--scene", bench.scenes, "A scene that `raybundle generate ARGUMENTS` makes")
+  parser.add_option("--scene", call.scenes, "A scene that `raybundle generate ARGUMENTS` makes")
       ->type_name("NAME=ARGUMENTS")
       ->take_all();
   parser
-      .add_option("--best", bench.best,
-                  "Cost of the best solution known of a problem [least found]")
+      .add_option("--best", call.best, "Cost of the best solution known of a problem [least found]")
       ->type_name("NAME=COST")
       ->take_all();
 }
 
-void add_variant_options(CLI::App& parser, BenchArguments& bench) {
-  bench.common = default_common;
-  bench.threads = static_cast<int>(linalg::available_threads());
+void add_variant_options(CLI::App& parser, BenchCall& call) {
   parser
-      .add_option("--variant", bench.variants,
+      .add_option("--variant", call.variants,
                   "A method with its options of `raybundle solve` [every method]")
       ->type_name("NAME=OPTIONS")
       ->take_all();
   parser
-      .add_option("--common", bench.common,
+      .add_option("--common", call.common,
                   "Options of all variants that do not say otherwise\n[" +
                       std::string(default_common) + "]")
       ->type_name("OPTIONS");
   parser
-      .add_option("--ceres", bench.ceres,
+      .add_option("--ceres", call.ceres,
                   "The Ceres driver to compare with, or none [that of this build, if there]")
       ->type_name("PROGRAM");
   parser
-      .add_option("--ceres-variant", bench.ceres_variants,
+      .add_option("--ceres-variant", call.ceres_variants,
                   "Options of the Ceres driver [dense with Eigen, dense with LAPACK, sparse]")
       ->type_name("NAME=OPTIONS")
       ->take_all();
 }
 
-void add_limit_options(CLI::App& parser, BenchArguments& bench) {
-  parser.add_option("--runs", bench.runs, "Runs of every variant on every problem [3]")
+void add_limit_options(CLI::App& parser, BenchCall& call) {
+  parser.add_option("--runs", call.runs, "Runs of every variant on every problem [3]")
       ->type_name("N");
-  parser.add_option("--threads", bench.threads, "Worker threads of every run [all cores]")
+  parser.add_option("--threads", call.threads, "Worker threads of every run [all cores]")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
-  parser.add_option("--time-limit", bench.time_limit, "Seconds of each solve [300]")
-      ->type_name("S");
+  parser.add_option("--time-limit", call.time_limit, "Seconds of each solve [300]")->type_name("S");
   parser
-      .add_option("--memory-limit", bench.memory_limit,
+      .add_option("--memory-limit", call.memory_limit,
                   "Memory of each run, such as 4GB or 500MB [what the machine has]")
       ->type_name("SIZE")
       ->transform(CLI::AsSizeValue(true));
@@ -144,16 +161,16 @@ Command add_bench(CLI::App& program) {
   CLI::App* parser = program.add_subcommand(
       "bench", "Compare methods on problems: tables, plots and performance profiles");
   auto arguments = std::make_shared<Arguments>();
-  add_problem_options(*parser, arguments->bench);
-  add_variant_options(*parser, arguments->bench);
-  add_limit_options(*parser, arguments->bench);
+  add_problem_options(*parser, arguments->call);
+  add_variant_options(*parser, arguments->call);
+  add_limit_options(*parser, arguments->call);
   parser
       ->add_option("-o,--output", arguments->folder,
                    "Folder of all results. What it holds already of the same bench is not repeated")
       ->type_name("FOLDER")
       ->required();
   parser->add_flag("--only-report", arguments->only_report,
-                   "Run nothing, only make the report again [off]");
+                   "Run nothing, only make the report again, --best applied [off]");
   return {parser, [arguments] { return run(*arguments); }};
 }
 

@@ -168,7 +168,8 @@ Command add_eval(CLI::App& program) {
                 arguments->scope = parse_enum<LossScope>("loss-scope", text);
               })
       ->type_name("observation|component");
-  text_option("--loss-scale", "Scale of the loss, pixels [1 to 6, by loss]",
+  text_option("--loss-scale",
+              "Scale of the loss, pixels\n[3 for geman-mcclure and truncated, 6 for tukey, else 1]",
               [arguments](const std::string& text) { arguments->scale = parse_scale(text); })
       ->type_name("X");
   return {parser, [arguments] { return run(*arguments); }};

@@ -13,6 +13,7 @@
 #include <CLI/Formatter.hpp>
 
 #include <raybundle/models/error.h>
+#include <raybundle/models/io/atomic_file.h>
 #include <raybundle/models/io/bal.h>
 #include <raybundle/models/scenes/aerial.h>
 #include <raybundle/models/scenes/noise.h>
@@ -81,7 +82,9 @@ void check_kind_options(const Arguments& arguments, std::optional<scenes::Kind> 
   using scenes::Kind;
   const auto only_for = [&](Kind kind, const char* option, const auto& value) {
     if (given == kind) return;
-    refuse(option, value, std::string("it is for the kind ") + scenes::name(kind));
+    refuse(option, value,
+           given ? std::string("it is for the kind ") + scenes::name(kind)
+                 : arguments.what + " is a preset, which fixes all of the scene but its size");
   };
   only_for(Kind::sphere, "--region", arguments.region);
   only_for(Kind::street, "--far", arguments.far_share);
@@ -125,7 +128,32 @@ scenes::Scene scene_of(const Arguments& arguments, scenes::Kind kind) {
   return scenes::photos_scene(options);
 }
 
+std::string kind_names() {
+  std::string names;
+  for (const scenes::Kind kind : scenes::all_kinds) {
+    names += (names.empty() ? "" : ", ") + std::string(scenes::name(kind));
+  }
+  return names;
+}
+
+std::string preset_names() {
+  std::string names;
+  for (const scenes::Preset& each : scenes::presets()) {
+    names += (names.empty() ? "" : ", ") + each.name;
+  }
+  return names;
+}
+
+void check_preset(const std::string& what) {
+  for (const scenes::Preset& each : scenes::presets()) {
+    if (each.name == what) return;
+  }
+  throw OptionError("'" + what + "' is neither a kind (" + kind_names() + ") nor a preset (" +
+                    preset_names() + ")");
+}
+
 Recipe preset_recipe(const Arguments& arguments) {
+  check_preset(arguments.what);
   const std::string why = arguments.what + " has counts of its own; --scale changes them";
   refuse("--cameras", arguments.cameras, why);
   refuse("--points", arguments.points, why);
@@ -149,22 +177,45 @@ Recipe recipe_of(const Arguments& arguments) {
   return recipe;
 }
 
-/// scene.txt -> scene.truth.txt; nothing beside standard output.
-std::string truth_path(const Arguments& arguments) {
-  if (!arguments.truth.empty() || arguments.output == "-") return arguments.truth;
-  const std::filesystem::path output = arguments.output;
-  std::filesystem::path name = output.stem();
-  name += ".truth";
-  name += output.extension();
-  return (output.parent_path() / name).string();
+/// ("scene.txt", "truth") -> "scene.truth.txt"; nothing beside standard output.
+std::string beside(const std::string& output, const std::string& what) {
+  if (output == "-") return "";
+  const std::filesystem::path path = output;
+  std::filesystem::path name = path.stem();
+  name += "." + what;
+  name += path.extension();
+  return (path.parent_path() / name).string();
 }
 
-void check_outputs(const std::string& output, const std::string& truth) {
-  if (!truth.empty() && same_file(output, truth)) {
-    throw OptionError("--output and --truth are the same: " + output);
+/// Where all goes; empty: nowhere.
+struct Outputs {
+  std::string problem, truth, outliers;
+};
+
+Outputs outputs_of(const Arguments& arguments) {
+  Outputs outputs = {arguments.output, arguments.truth, ""};
+  if (outputs.truth.empty()) outputs.truth = beside(arguments.output, "truth");
+  if (arguments.outliers.value_or(0) > 0) outputs.outliers = beside(arguments.output, "outliers");
+  return outputs;
+}
+
+void check_outputs(const Outputs& outputs) {
+  if (!outputs.truth.empty() && same_file(outputs.problem, outputs.truth)) {
+    throw OptionError("--output and --truth are the same: " + outputs.problem);
   }
-  check_result("--output", output, "");
-  check_result("--truth", truth, "");
+  if (!outputs.outliers.empty() && same_file(outputs.outliers, outputs.truth)) {
+    throw OptionError("--truth is where the list of outliers goes: " + outputs.outliers);
+  }
+  check_result("--output", outputs.problem, "");
+  check_result("--truth", outputs.truth, "");
+  check_result("the list of outliers", outputs.outliers, "");
+}
+
+/// Their indices, from 0 in the order of the file, one per line.
+void write_outliers(const std::string& output, const std::vector<std::int64_t>& outliers) {
+  std::string text;
+  for (const std::int64_t index : outliers) text += std::to_string(index) + "\n";
+  io::write_file_atomically(output, text);
 }
 
 /// What is legal but deserves attention, and counts that the geometry could not give.
@@ -179,7 +230,7 @@ void warn(const Arguments& arguments, const StructureStatistics& structure) {
 }
 
 std::string report(const std::string& title, const StructureStatistics& s, const Problem& start,
-                   const scenes::NoisyProblem& noisy, const std::string& truth) {
+                   const scenes::NoisyProblem& noisy, const Outputs& outputs) {
   const ReprojectionStatistics before = reprojection_statistics(start);
   const ReprojectionStatistics there = reprojection_statistics(noisy.problem);
   const auto count = [](std::int64_t value) { return std::to_string(value); };
@@ -197,13 +248,14 @@ std::string report(const std::string& title, const StructureStatistics& s, const
                                               : count(s.components) + " sets of cameras");
   table.add("cost", format("%.6e at the start, %.6e at the truth", before.cost, there.cost));
   table.add("RMSE", format("%.6g px at the start, %.6g px at the truth", before.rmse, there.rmse));
-  if (!truth.empty()) table.add("truth", truth);
+  if (!outputs.truth.empty()) table.add("truth", outputs.truth);
+  if (!outputs.outliers.empty()) table.add("list of outliers", outputs.outliers);
   return title + "\n" + table.text();
 }
 
 ExitCode run(const Arguments& arguments) {
-  const std::string truth = truth_path(arguments);
-  check_outputs(arguments.output, truth);
+  const Outputs outputs = outputs_of(arguments);
+  check_outputs(outputs);
   Problem start;
   scenes::NoisyProblem noisy;
   try {
@@ -214,15 +266,18 @@ ExitCode run(const Arguments& arguments) {
   } catch (const InputError& error) {  // whatever a scene is made from is an option here
     throw OptionError(error.what());
   }
-  io::write_bal(start, std::filesystem::path(output_path(arguments.output)));
-  if (!truth.empty()) io::write_bal(noisy.problem, std::filesystem::path(output_path(truth)));
+  io::write_bal(start, std::filesystem::path(output_path(outputs.problem)));
+  if (!outputs.truth.empty()) {
+    io::write_bal(noisy.problem, std::filesystem::path(output_path(outputs.truth)));
+  }
+  if (!outputs.outliers.empty()) write_outliers(outputs.outliers, noisy.outliers);
 
   const StructureStatistics structure = structure_statistics(start);
   warn(arguments, structure);
   const std::string title =
       arguments.what + ", seed " + std::to_string(arguments.seed) + ": " + arguments.output;
-  const std::string text = report(title, structure, start, noisy, truth);
-  if (arguments.output == "-" || truth == "-") {
+  const std::string text = report(title, structure, start, noisy, outputs);
+  if (outputs.problem == "-" || outputs.truth == "-") {
     std::fputs(text.c_str(), stderr);
   } else {
     print(text);
@@ -231,14 +286,16 @@ ExitCode run(const Arguments& arguments) {
 }
 
 std::string what_help() {
-  std::string kinds, names;
-  for (const scenes::Kind kind : scenes::all_kinds) {
-    kinds += (kinds.empty() ? "" : ", ") + std::string(scenes::name(kind));
-  }
-  for (const scenes::Preset& each : scenes::presets()) {
-    names += (names.empty() ? "" : ", ") + each.name;
-  }
-  return "A kind (" + kinds + ")\nor a preset (" + names + ")";
+  return "A kind (" + kind_names() + ")\nor a preset (" + preset_names() + ")";
+}
+
+/// "sphere 10, street 30, ...": the default of a count, by kind.
+template <class Count>
+std::string by_kind(const Count& count) {
+  return " [sphere " + std::to_string(count(scenes::SphereOptions{})) + ", street " +
+         std::to_string(count(scenes::StreetOptions{})) + ", aerial " +
+         std::to_string(count(scenes::AerialOptions{})) + ", photos " +
+         std::to_string(count(scenes::PhotosOptions{})) + "]";
 }
 
 void add_scene_options(CLI::App& parser, Arguments& arguments) {
@@ -253,15 +310,22 @@ void add_scene_options(CLI::App& parser, Arguments& arguments) {
   add_seed("noise-seed",
            "Seed of noise and start, for the same scene with others [that of the scene]",
            arguments.noise_seed);
-  parser.add_option("--cameras", arguments.cameras, "Number of cameras [by kind]")->type_name("N");
-  parser.add_option("--points", arguments.points, "Number of points [by kind]")->type_name("N");
+  parser
+      .add_option("--cameras", arguments.cameras,
+                  "Number of cameras, at least 2" + by_kind([](auto o) { return o.cameras; }))
+      ->type_name("N");
+  parser
+      .add_option("--points", arguments.points,
+                  "Number of points, at least 1" + by_kind([](auto o) { return o.points; }))
+      ->type_name("N");
   parser
       .add_option("--observations", arguments.observations,
                   "Number of observations; 0: what the geometry gives [0]")
       ->type_name("N");
   parser
-      .add_option("--region", arguments.region,
-                  "sphere: cameras stand within this angle of one direction, radians [0.6]")
+      .add_option(
+          "--region", arguments.region,
+          "sphere: cameras stand within this angle of one direction, radians,\n0 to pi [0.6]")
       ->type_name("X");
   parser
       .add_option("--far", arguments.far_share,
@@ -270,19 +334,21 @@ void add_scene_options(CLI::App& parser, Arguments& arguments) {
   parser
       .add_option(
           "--lap", arguments.lap,
-          "street: steps round the block until the way repeats, a multiple of 4; 0: no loop "
-          "[0]")
+          "street: steps round the block until the way repeats, a multiple of 4\nfrom 160; 0: no "
+          "loop [0]")
       ->type_name("N");
   parser
       .add_option("--height", arguments.height,
                   "aerial: of the flight, in distances between images; the higher, the less "
-                  "parallax [20]")
+                  "parallax;\n1 to 1e+06 [20]")
       ->type_name("X");
   parser
       .add_option("--sights", arguments.sights,
                   "photos: number of sights; 0: one per 60 cameras [0]")
       ->type_name("N");
-  parser.add_option("--scale", arguments.scale, "Presets: multiply the counts by this [1]")
+  parser
+      .add_option("--scale", arguments.scale,
+                  "Presets: multiply the counts by this, 1e-06 to 10 [1]")
       ->type_name("X");
 }
 
@@ -290,15 +356,21 @@ void add_noise_options(CLI::App& parser, Arguments& arguments) {
   const auto add = [&parser](const char* name, std::optional<double>& value, const char* help) {
     parser.add_option(name, value, help)->type_name("X");
   };
-  add("--pixel-noise", arguments.pixel_noise, "Standard deviation of the observations, pixels [1]");
-  add("--outliers", arguments.outliers, "Share of the observations, 0 to 1, that are wrong [0]");
+  add("--pixel-noise", arguments.pixel_noise,
+      "Standard deviation of the observations, pixels, from 0 [1]");
+  add("--outliers", arguments.outliers,
+      "Share of the observations, 0 to 1, that are wrong; which, says a file\n"
+      "named as OUT with .outliers before its ending [0]");
   add("--start-rotation", arguments.start_rotation,
-      "Deviation of the starting rotation vectors, radians [0.002, presets: their own]");
+      "Deviation of the starting rotation vectors, radians, from 0 [0.002, presets: their own]");
   add("--start-position", arguments.start_position,
-      "... of the camera centres, relative to the depth of what they see [0.004]");
-  add("--start-focal", arguments.start_focal, "... of the focal lengths, relative [0.01]");
+      "... of the camera centres, relative to the depth of what they see [0.004, presets: their "
+      "own]");
+  add("--start-focal", arguments.start_focal,
+      "... of the focal lengths, relative, 0 to 0.25 [0.01, presets: their own]");
   add("--start-point", arguments.start_point,
-      "... of the points, relative to their depth in the nearest camera [0.004]");
+      "... of the points, relative to their depth in the nearest camera [0.004, presets: their "
+      "own]");
 }
 
 }  // namespace

@@ -174,11 +174,16 @@ ExitCode run(const Arguments& arguments) {
   SolveRecord record;
   Problem problem = obtain(arguments, record);
   record.before = reprojection_statistics(problem);
+  const Options effective = resolve(arguments.options);
+  if (has_loss(effective)) record.robust_before = robust_statistics(problem, *effective.loss_scale);
 
   // Lives until all is written: by then an interrupt would only lose what has been computed.
   const InterruptGuard interrupt(!arguments.quiet);
   record.summary = solve_shown(arguments, interrupt, problem);
   record.after = reprojection_statistics(problem);
+  if (has_loss(effective)) record.robust_after = robust_statistics(problem, *effective.loss_scale);
+  record.warnings = result_warnings(record);
+  for (const std::string& warning : record.warnings) say("warning: " + warning);
 
   if (!write_all(arguments, problem, record)) return ExitCode::failure;
   return exit_code(record.summary);
@@ -191,7 +196,9 @@ Command add_solve(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   parser
       ->add_option("INPUT", arguments->input,
-                   std::string(input_help) + ".\nWithout it a street scene is made and solved")
+                   std::string(input_help) +
+                       ".\nWithout it a street is made and solved: the\n"
+                       "scene of generate street with noise of its own")
       ->type_name("")
       ->check(has_name, "");
   parser

@@ -36,12 +36,39 @@ Json truth_json(const Evaluation& evaluation) {
           {"point_median", truth.point_median},
           {"rotation_mean_degrees", truth.rotation_mean},
           {"camera_scale", truth.camera_alignment.scale},
-          {"point_scale", truth.point_alignment.scale}};
+          {"point_scale", truth.point_alignment.scale},
+          {"point_rmse_by_cameras", truth.point_rmse_by_cameras},
+          {"point_median_own", truth.point_median_own}};
 }
 
 std::string count_text(std::int64_t part, std::int64_t whole, const char* what) {
   return format("%lld of %lld %s", static_cast<long long>(part), static_cast<long long>(whole),
                 what);
+}
+
+/// Which figures belong to which alignment, and whether the points' own can be trusted.
+void add_truth(const Evaluation& evaluation, Table& table) {
+  const TruthErrors& truth = *evaluation.truth;
+  const double by_cameras = truth.camera_alignment.scale;
+  const double by_points = truth.point_alignment.scale;
+  table.heading("against " + evaluation.truth_source + ", aligned by the camera centres:");
+  table.add("  scale", format("%.6g", by_cameras));
+  table.add("  RMSE of camera centres", format("%.9g", truth.camera_rmse));
+  table.add("", count_text(truth.cameras, evaluation.cameras, "cameras"));
+  table.add("  RMSE of points", format("%.9g", truth.point_rmse_by_cameras));
+  table.add("  median of points", format("%.9g", truth.point_median));
+  table.add("", count_text(truth.points, evaluation.points, "points"));
+  table.heading("aligned by the points themselves:");
+  table.add("  scale", format("%.6g", by_points));
+  table.add("  RMSE of points", format("%.9g", truth.point_rmse));
+  table.add("  median of points", format("%.9g", truth.point_median_own));
+  const bool alike = by_points <= 2 * by_cameras && by_cameras <= 2 * by_points;
+  if (truth.cameras > 1 && !alike) {  // a single centre has no scale
+    table.add("  warning", "the scales differ: a few far points dominate this alignment;");
+    table.add("", "see the median that is aligned by the camera centres");
+  }
+  table.heading("turned as fits best:");
+  table.add("  mean rotation error", format("%.9g degrees", truth.rotation_mean));
 }
 
 void write_csv(const std::string& output, std::string header,
@@ -80,16 +107,7 @@ std::string evaluation_report(const Evaluation& evaluation) {
   table.add("largest residual", format("%.9g px", evaluation.pixels.largest));
   table.add("behind cameras",
             count_text(evaluation.pixels.behind_camera, evaluation.observations, "observations"));
-  if (evaluation.truth) {
-    const TruthErrors& truth = *evaluation.truth;
-    table.heading("against " + evaluation.truth_source + ", aligned:");
-    table.add("RMSE of camera centres", format("%.9g", truth.camera_rmse));
-    table.add("", count_text(truth.cameras, evaluation.cameras, "cameras"));
-    table.add("RMSE of points", format("%.9g", truth.point_rmse));
-    table.add("", count_text(truth.points, evaluation.points, "points"));
-    table.add("median of points", format("%.9g, aligned as the cameras", truth.point_median));
-    table.add("mean rotation error", format("%.9g degrees", truth.rotation_mean));
-  }
+  if (evaluation.truth) add_truth(evaluation, table);
   return evaluation.source + "\n" + table.text();
 }
 

@@ -33,12 +33,14 @@ std::string evaluation_report(const Evaluation& evaluation);
 ///   cost (with the loss), pixel_cost (without), rmse, largest, behind_cameras
 ///   loss{kind, scope, scale}, null where there is none
 ///   truth{source, cameras, points (that were compared), camera_rmse, point_rmse,
-///     point_median, rotation_mean_degrees, camera_scale, point_scale (of the alignments)}, null
-///     where there is none
+///     point_median, rotation_mean_degrees, camera_scale, point_scale (of the alignments),
+///     point_rmse_by_cameras, point_median_own}, null where there is none. Of the points, the RMSE
+///     belongs to their own alignment and the median to the cameras', unless the key says otherwise
 std::string evaluation_json(const Evaluation& evaluation);
 
 /// One line per camera: camera, observations, rmse, largest, x, y, z (the centre) and, with a
-/// truth, error (nan for cameras that nobody observes). Throws std::system_error.
+/// truth, error after the alignment of the cameras (nan for cameras nobody observes). Throws
+/// std::system_error.
 void write_cameras_csv(const std::string& output, const Problem& problem,
                        const ReprojectionBreakdown& breakdown,
                        const std::optional<TruthErrors>& truth);

@@ -16,6 +16,7 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
+#include <raybundle/linalg/cpu.h>
 #include <raybundle/linalg/memory.h>
 #include <raybundle/models/error.h>
 #include <raybundle/solver/option_table.h>
@@ -59,8 +60,17 @@ ExitCode complain(const std::string& message, ExitCode code) {
   return code;
 }
 
+/// Figures of other kernels than were asked for would mislead.
+void check_environment() {
+  const std::string ignored = raybundle::linalg::ignored_instruction_set();
+  if (ignored.empty()) return;
+  throw raybundle::OptionError("RAYBUNDLE_ISA: '" + ignored +
+                               "' is none of baseline, avx2, avx512");
+}
+
 ExitCode run(const Command& command) {
   try {
+    check_environment();
     return command.run();
   } catch (const raybundle::OptionError& error) {
     return complain(std::string("raybundle: ") + error.what(), ExitCode::usage);

@@ -7,6 +7,7 @@
 #include <string>
 #include <system_error>
 #include <type_traits>
+#include <vector>
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -103,6 +104,20 @@ void add_solver_options(CLI::App& parser, Options& options) {
         ->type_name(kind<Value>() + (is_optional ? "|auto" : ""))
         ->group("Solver options");
   });
+}
+
+Options parse_solver_options(const std::vector<std::string>& words) {
+  CLI::App parser;
+  parser.set_help_flag();
+  Options options;
+  add_solver_options(parser, options);
+  try {
+    parser.parse(
+        std::vector<std::string>(words.rbegin(), words.rend()));  // it wants the last first
+  } catch (const CLI::ParseError& error) {
+    throw OptionError(error.what());
+  }
+  return options;
 }
 
 std::uint64_t parse_seed(const std::string& option, const std::string& text) {

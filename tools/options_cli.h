@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include <raybundle/solver/options.h>
 
@@ -15,6 +16,10 @@ namespace raybundle::tools {
 /// and defaults; parsing writes to `options`, which must outlive it. A value that is not one makes
 /// parsing throw OptionError.
 void add_solver_options(CLI::App& parser, Options& options);
+
+/// The options that `words`, "--name value" one after the other, set. Throws OptionError for words
+/// that are no option of the table.
+Options parse_solver_options(const std::vector<std::string>& words);
 
 /// The seed that `text` is, all of it. Throws OptionError naming `option`.
 std::uint64_t parse_seed(const std::string& option, const std::string& text);

@@ -50,6 +50,14 @@ struct Range {
 /// Below a decade a logarithmic axis has hardly a tic and shows no more than a linear one.
 bool worth_log(const Range& range) { return range.high >= 10 * range.low; }
 
+/// gnuplot complains about an axis of no length. The scripts' numbers have six digits.
+std::string range_of_one_value(const char* axis, const Range& range) {
+  const double size = std::max(std::abs(range.low), std::abs(range.high));
+  if (range.high - range.low > 1e-5 * size) return "";
+  const double margin = size > 0 ? 0.1 * size : 1;
+  return format("set %srange [%.6g:%.6g]\n", axis, range.low - margin, range.high + margin);
+}
+
 bool can_show(double value, bool log) { return std::isfinite(value) && (!log || value > 0); }
 
 struct Curve {
@@ -143,7 +151,8 @@ std::string plot_script(const std::string& name, const LinePlot& plot) {
   text +=
       "set format '%g'\nset autoscale xfix\n"
       "set key outside right top vertical Left reverse samplen 2\n";
-  if (plot.steps) text += "set yrange [0:1.02]\n";
+  text += range_of_one_value("x", x);
+  text += plot.steps ? "set yrange [0:1.02]\n" : range_of_one_value("y", y);
   return text + curves_text(plot, curves);
 }
 

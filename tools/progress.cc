@@ -4,16 +4,18 @@
 #include <cmath>
 #include <cstdio>
 
+#include <raybundle/tools/report.h>
+
 namespace raybundle::tools {
 namespace {
 
 /// A number, or a dash where there is none.
-std::string cell(const char* format, int width, double value) {
+std::string cell(const char* form, int width, double value) {
   std::array<char, 40> buffer;
   if (std::isnan(value)) {
     std::snprintf(buffer.data(), buffer.size(), " %*s", width, "-");
   } else {
-    std::snprintf(buffer.data(), buffer.size(), format, width, value);
+    std::snprintf(buffer.data(), buffer.size(), form, width, value);
   }
   return buffer.data();
 }
@@ -44,9 +46,23 @@ std::string ProgressTable::row(const IterationRecord& record) {
   return text + (record.accepted ? "\n" : "  rejected\n");
 }
 
+std::string ProgressTable::next(const IterationRecord& record) {
+  std::string text = row(record);
+  if (record.iteration == 0) {
+    text = header() + text;
+  } else if (record.loss_scale != loss_scale_) {
+    // Of the state before this row, to which its decrease belongs.
+    const double decrease = record.accepted ? record.rho * record.predicted_decrease : 0;
+    text = format("      loss scale %.4g -> %.4g px: the cost so far becomes %.6e\n", loss_scale_,
+                  record.loss_scale, record.cost + decrease) +
+           text;
+  }
+  loss_scale_ = record.loss_scale;
+  return text;
+}
+
 void ProgressTable::show(const IterationRecord& record) {
-  const bool start = record.iteration == 0;
-  const std::string text = (start ? header() : std::string()) + row(record);
+  const std::string text = next(record);
   std::fputs(text.c_str(), stderr);  // whoever does not listen misses it, that is all
 }
 

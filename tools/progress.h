@@ -8,12 +8,18 @@ namespace raybundle::tools {
 
 /// The table of iterations on standard error: a header, then a row per iteration. Costs and
 /// gradients are those of the state kept; the decrease of a rejected row is that of the trial.
+/// Where the scale of the loss changed, a line says so: the rows on either side have different
+/// costs of one state.
 class ProgressTable {
  public:
   void show(const IterationRecord& record);
+  std::string next(const IterationRecord& record);  ///< what show() shows
 
   static std::string header();
   static std::string row(const IterationRecord& record);
+
+ private:
+  double loss_scale_ = 0;  // of the row before
 };
 
 }  // namespace raybundle::tools

@@ -72,6 +72,17 @@ Json iteration_json(const IterationRecord& record) {
           {"seconds", record.seconds}};
 }
 
+/// With a loss, the median residual and the share within its scale.
+void add_robust(const char* when, const std::optional<RobustStatistics>& robust,
+                std::int64_t observations, Json& json) {
+  const std::string prefix = std::string(when) + "_";
+  json[prefix + "median_residual"] = robust ? Json(robust->median) : Json();
+  json[prefix + "within_loss_scale"] =
+      robust && observations > 0
+          ? Json(static_cast<double>(robust->within) / static_cast<double>(observations))
+          : Json();
+}
+
 Json seconds_json(const SolveRecord& record) {
   const Timing& seconds = record.summary.seconds;
   return {{"total", seconds.total},       {"setup", seconds.setup},
@@ -83,27 +94,47 @@ Json seconds_json(const SolveRecord& record) {
 Json summary_json(const SolveRecord& record) {
   const Summary& summary = record.summary;
   const int iterations = static_cast<int>(summary.iterations.size()) - 1;  // 0 is the start
-  return {{"initial_cost", summary.initial_cost},
-          {"final_cost", summary.final_cost},
-          {"initial_pixel_cost", record.before.cost},
-          {"pixel_cost", record.after.cost},
-          {"initial_rmse", record.before.rmse},
-          {"final_rmse", record.after.rmse},
-          {"gradient_norm", summary.gradient_norm},
-          {"termination", name(summary.termination)},
-          {"message", summary.message},
-          {"iterations", iterations},
-          {"accepted", summary.accepted},
-          {"rejected", iterations - summary.accepted},
-          {"inner_iterations", summary.inner_iterations},
-          {"linear_solves", summary.linear_solves},
-          {"linear_solver", summary.linear_solver},
-          {"seconds", seconds_json(record)},
-          {"peak_rss_bytes", peak_memory()},
-          {"threads", summary.threads}};
+  Json json = {{"initial_cost", summary.initial_cost},
+               {"final_cost", summary.final_cost},
+               {"initial_pixel_cost", record.before.cost},
+               {"pixel_cost", record.after.cost},
+               {"initial_rmse", record.before.rmse},
+               {"final_rmse", record.after.rmse},
+               {"gradient_norm", summary.gradient_norm},
+               {"termination", name(summary.termination)},
+               {"message", summary.message},
+               {"iterations", iterations},
+               {"accepted", summary.accepted},
+               {"rejected", iterations - summary.accepted},
+               {"inner_iterations", summary.inner_iterations},
+               {"linear_solves", summary.linear_solves},
+               {"linear_solver", summary.linear_solver},
+               {"seconds", seconds_json(record)},
+               {"peak_rss_bytes", peak_memory()},
+               {"threads", summary.threads}};
+  add_robust("initial", record.robust_before, record.observations, json);
+  add_robust("final", record.robust_after, record.observations, json);
+  json["warnings"] = record.warnings;
+  return json;
 }
 
 }  // namespace
+
+bool has_loss(const Options& options) { return options.loss && *options.loss != Loss::none; }
+
+std::vector<std::string> result_warnings(const SolveRecord& record) {
+  const Options& options = record.summary.options;
+  if (!has_loss(options) || !levels_off(*options.loss) || !record.robust_after) return {};
+  // Points with a wrong observation may end far off, so that some growth of the RMSE is no sign.
+  const bool most_are_beyond = 2 * record.robust_after->within < record.observations;
+  if (!most_are_beyond && !(record.after.rmse > 2 * record.before.rmse)) return {};
+  return {std::string(most_are_beyond ? "more than half of the observations are beyond the scale "
+                                        "of the loss, which takes them for outliers"
+                                      : "the RMSE is more than twice that of the start: what the "
+                                        "loss takes for outliers went far off") +
+          "; start wider with --loss-start-scale" +
+          (options.method == Method::irls ? "" : " (irls does by itself)")};
+}
 
 std::string log_json(const SolveRecord& record) {
   Json iterations = Json::array();

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <raybundle/models/statistics.h>
 #include <raybundle/solver/summary.h>
@@ -18,6 +19,8 @@ struct SolveRecord {
   std::int64_t observations = 0;
   ReprojectionStatistics before;
   ReprojectionStatistics after;
+  std::optional<RobustStatistics> robust_before, robust_after;  ///< at the final scale of a loss
+  std::vector<std::string> warnings;                            ///< about the result
   double read_seconds = 0;
   double write_seconds = 0;  ///< of the solution; the log itself is not counted
   std::string output;        ///< where the solution went; empty: nowhere
@@ -30,11 +33,20 @@ struct SolveRecord {
 ///   options{} all of the option table, by their names on the command line, as they took effect
 ///   problem{source, cameras, points, observations, seed (generated scenes only)}
 ///   iterations[] the members of IterationRecord; iteration 0 is the start
-///   summary{} the members of Summary without the above, RMSE in pixels, peak_rss_bytes, and
+///   summary{} the members of Summary without the above, RMSE in pixels, with a loss (else null)
+///     {initial, final}_median_residual in pixels and {initial, final}_within_loss_scale, a share
+///     of the observations; warnings[], sentences about the result; peak_rss_bytes, and
 ///     seconds{total, setup, residual, jacobian, linear} of the solve, and of files
 ///     {io = read + write}, which is not part of the total
 /// Whatever is not a finite number (a NaN, no time limit), and a choice that does not apply, is
 /// null.
 std::string log_json(const SolveRecord& record);
+
+/// Whether the solve had a loss.
+bool has_loss(const Options& options);
+
+/// What a solve that ended well may still have got wrong: a loss that levels off and held the start
+/// for outliers.
+std::vector<std::string> result_warnings(const SolveRecord& record);
 
 }  // namespace raybundle::tools

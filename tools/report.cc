@@ -15,13 +15,24 @@ namespace {
 
 void add_result(const SolveRecord& record, Table& table) {
   const Summary& summary = record.summary;
-  table.add("cost", format("%.6e -> %.6e", summary.initial_cost, summary.final_cost));
   const Options& options = summary.options;
-  if (options.loss && *options.loss != Loss::none) {
+  const bool graduated =
+      options.loss_start_scale && *options.loss_start_scale > *options.loss_scale;
+  table.add("cost", format("%.6e -> %.6e", summary.initial_cost, summary.final_cost) +
+                        (graduated ? ", both at the final scale of the loss" : ""));
+  if (has_loss(options)) {
     table.add("loss", format("%s of each %s, scale %g px", name(*options.loss),
                              name(*options.loss_scope), *options.loss_scale));
   }
   table.add("RMSE", format("%.6g px -> %.6g px", record.before.rmse, record.after.rmse));
+  if (record.robust_before && record.robust_after) {
+    table.add("median residual", format("%.6g px -> %.6g px", record.robust_before->median,
+                                        record.robust_after->median));
+    table.add("within the scale",
+              percent_text(record.robust_before->within, record.observations) + " -> " +
+                  percent_text(record.robust_after->within, record.observations) +
+                  " of the observations");
+  }
   if (record.before.behind_camera != 0 || record.after.behind_camera != 0) {
     table.add("behind cameras", format("%lld -> %lld observations",
                                        static_cast<long long>(record.before.behind_camera),
@@ -105,6 +116,10 @@ std::string bytes_text(double bytes) {
 std::string exact_text(double value) {
   std::array<char, 32> buffer;
   return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
+}
+
+std::string count_text(std::int64_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
 std::string percent_text(std::int64_t part, std::int64_t whole) {

@@ -1,5 +1,5 @@
-// The kernels of an elimination; see kernel_table.h for what U, y and W are, block_kernels_impl.h for
-// the rules of such a file. K unknowns per kept block, E per eliminated block.
+// The kernels of an elimination; see kernel_table.h for what U, y and W are, block_kernels_impl.h
+// for the rules of such a file. K unknowns per kept block, E per eliminated block.
 
 #pragma once
 
@@ -206,9 +206,8 @@ struct Eliminate {
       if (ahead >= 0) Products::prefetch_coupling(view, ahead);
       const Index c = coupling(view.kept, p);
       const Index e = view.eliminated.block[c];
-      Rows::parts_of_coupling(view.kept, c, [&](Index part, Index row) {
-        reduce_part(view, e, part, row, reduced);
-      });
+      Rows::parts_of_coupling(
+          view.kept, c, [&](Index part, Index row) { reduce_part(view, e, part, row, reduced); });
       for (Index q = position(view.eliminated, c); q < view.eliminated.begin[e + 1]; ++q) {
         const Index other = coupling(view.eliminated, q);
         const Index slot = block_row.slot_of[view.kept.block[other]];
@@ -269,15 +268,10 @@ void add_products(const EliminationView& view, Index a, const BlockRowView& bloc
 template <int R, int K, int E, class Rows>
 constexpr EliminationKernels make_elimination_kernels() {
   using Kernels = Eliminate<R, K, E, Rows>;
-  EliminationKernels result = {&Kernels::factor,
-                               &Kernels::transform,
-                               &Kernels::reduce_gradient,
-                               &Kernels::project,
-                               &Kernels::back_substitute,
-                               &Kernels::subtract_products,
-                               nullptr,
-                               &Kernels::diagonal_blocks,
-                               &Kernels::coupling_block};
+  EliminationKernels result = {
+      &Kernels::factor,  &Kernels::transform,       &Kernels::reduce_gradient,
+      &Kernels::project, &Kernels::back_substitute, &Kernels::subtract_products,
+      nullptr,           &Kernels::diagonal_blocks, &Kernels::coupling_block};
   if constexpr (Rows::several) result.add_products = &add_products<R, K>;
   return result;
 }

@@ -7,11 +7,11 @@
 
 namespace raybundle::linalg {
 
-#define RAYBUNDLE_DECLARE_SHAPE(R, K, E)                         \
-  extern const BlockKernels blocks_##R##_##K##_##E;              \
-  extern const BlockKernels parts_##R##_##K##_##E;               \
-  extern const EliminationKernels eliminate_##R##_##K##_##E;     \
-  extern const EliminationKernels eliminate_##R##_##E##_##K;     \
+#define RAYBUNDLE_DECLARE_SHAPE(R, K, E)                     \
+  extern const BlockKernels blocks_##R##_##K##_##E;          \
+  extern const BlockKernels parts_##R##_##K##_##E;           \
+  extern const EliminationKernels eliminate_##R##_##K##_##E; \
+  extern const EliminationKernels eliminate_##R##_##E##_##K; \
   extern const EliminationKernels eliminate_parts_##R##_##K##_##E;
 #define RAYBUNDLE_DECLARE_KERNELS(isa) \
   namespace isa {                      \

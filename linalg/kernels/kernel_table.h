@@ -9,7 +9,7 @@
 /// that eliminating leaves or hubs is a choice of arguments. For an eliminated block
 ///   M M^T = (H_ee + D_e)^-1,   U = J_e M,   y = M^T g_e,
 /// and with P = I - U U^T the reduced system is A = J_k^T P J_k + D_k, v = g_k - J_k^T U y.
-/// Where rows have several parts, leaves alone are eliminated, and W = J_k^T U coupling by coupling.
+/// Where rows have several parts, leaves alone are eliminated, and W = J_k^T U by coupling.
 namespace raybundle::linalg {
 
 /// RowParts as kernels take them; all null when a row is its own part.

@@ -4,14 +4,14 @@
 
 namespace raybundle::linalg::RAYBUNDLE_ISA {
 
-#define RAYBUNDLE_DEFINE(R, K, E)                                                                 \
-  extern const BlockKernels blocks_##R##_##K##_##E = make_block_kernels<R, K, E, OneHub>();       \
-  extern const BlockKernels parts_##R##_##K##_##E = make_block_kernels<R, K, E, SeveralHubs>();   \
-  extern const EliminationKernels eliminate_##R##_##K##_##E =                                     \
-      make_elimination_kernels<R, K, E, OneHub>();                                                \
-  extern const EliminationKernels eliminate_##R##_##E##_##K =                                     \
-      make_elimination_kernels<R, E, K, OneHub>();                                                \
-  extern const EliminationKernels eliminate_parts_##R##_##K##_##E =                               \
+#define RAYBUNDLE_DEFINE(R, K, E)                                                               \
+  extern const BlockKernels blocks_##R##_##K##_##E = make_block_kernels<R, K, E, OneHub>();     \
+  extern const BlockKernels parts_##R##_##K##_##E = make_block_kernels<R, K, E, SeveralHubs>(); \
+  extern const EliminationKernels eliminate_##R##_##K##_##E =                                   \
+      make_elimination_kernels<R, K, E, OneHub>();                                              \
+  extern const EliminationKernels eliminate_##R##_##E##_##K =                                   \
+      make_elimination_kernels<R, E, K, OneHub>();                                              \
+  extern const EliminationKernels eliminate_parts_##R##_##K##_##E =                             \
       make_elimination_kernels<R, K, E, SeveralHubs>();
 RAYBUNDLE_DEFINE(2, 9, 3)
 RAYBUNDLE_DEFINE(2, 6, 3)

@@ -1,5 +1,5 @@
-// How kernels walk over rows, and over the hub parts of rows: the same loops serve rows of one part,
-// where all indices coincide, and rows of several. Included by the kernel units only.
+// How kernels walk over rows, and over the hub parts of rows: the same loops serve rows of one
+// part, where all indices coincide, and rows of several. Included by the kernel units only.
 //
 // OneHub also serves an elimination of hubs: "kept" are then the leaves. SeveralHubs eliminates
 // leaves alone.

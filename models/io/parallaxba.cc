@@ -63,11 +63,11 @@ Calibration read_calibration(const fs::path& path) {
   std::array<double, 9> K{};
   for (std::size_t i = 0; i < K.size(); ++i) {
     reader.skip_space();
-    K[i] = read_number(reader, "entry " + std::to_string(i / 3 + 1) + ", " +
-                                   std::to_string(i % 3 + 1) + " of K");
+    K[i] = read_number(
+        reader, "entry " + std::to_string(i / 3 + 1) + ", " + std::to_string(i % 3 + 1) + " of K");
   }
-  const bool shape = K[0] > 0 && K[4] > 0 && K[1] == 0 && K[3] == 0 && K[6] == 0 && K[7] == 0 &&
-                     K[8] == 1;
+  const bool shape =
+      K[0] > 0 && K[4] > 0 && K[1] == 0 && K[3] == 0 && K[6] == 0 && K[7] == 0 && K[8] == 1;
   if (!shape) reader.fail("another matrix", "K = [fx 0 cx; 0 fy cy; 0 0 1] with fx, fy > 0");
   return {K[0], K[4], K[2], K[5]};
 }
@@ -112,14 +112,14 @@ void read_features(const fs::path& path, const Calibration& K, Problem& problem)
   std::int32_t point = 0;
   for (reader.skip_space(); !reader.at_end(); reader.skip_space(), ++point) {
     const std::string of = " of feature " + std::to_string(point);
-    const auto count = reader.integer<std::int32_t>(
-        1, most, [&] { return "the number of observations" + of; });
+    const auto count =
+        reader.integer<std::int32_t>(1, most, [&] { return "the number of observations" + of; });
     for (std::int32_t k = 0; k < count; ++k) {
       const std::string which = " of observation " + std::to_string(k + 1) + of;
       reader.skip_blanks();
-      problem.observation_camera.push_back(reader.integer<std::int32_t>(
-          0, cameras - 1,
-          [&] { return "the camera, 0 to " + std::to_string(cameras - 1) + "," + which; }));
+      problem.observation_camera.push_back(reader.integer<std::int32_t>(0, cameras - 1, [&] {
+        return "the camera, 0 to " + std::to_string(cameras - 1) + "," + which;
+      }));
       problem.observation_point.push_back(point);
       reader.skip_blanks();
       const double u = read_number(reader, "u" + which);

@@ -1,12 +1,24 @@
 #include <raybundle/models/scenes/camera.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cstddef>
 #include <limits>
+#include <string>
 
 #include <raybundle/models/error.h>
 
 namespace raybundle::scenes {
+namespace {
+
+/// The shortest decimals that read back to it: 1e-06, not 0.000001.
+std::string shortest(double value) {
+  std::array<char, 32> buffer;
+  return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
+}
+
+}  // namespace
 
 Pixel project(const Camera& camera, const Vec3& X_c) {
   const double x = -X_c.x / X_c.z;
@@ -73,9 +85,9 @@ void check_range(const std::string& source, double value, double least, double m
                  const std::string& what) {
   if (value >= least && value <= most) return;
   const bool bounded = most < std::numeric_limits<double>::max();
-  throw InputError(source, 0, what + " of " + std::to_string(value),
-                   bounded ? std::to_string(least) + " to " + std::to_string(most)
-                           : "a finite number of at least " + std::to_string(least));
+  throw InputError(source, 0, what + " of " + shortest(value),
+                   bounded ? shortest(least) + " to " + shortest(most)
+                           : "a finite number of at least " + shortest(least));
 }
 
 void fail_to_see(const std::string& source) {

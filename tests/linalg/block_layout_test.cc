@@ -117,13 +117,12 @@ TEST(BlockLayout, PartsOfRandomSystemsAreEachInOneCoupling) {
     for (std::int64_t c = 0; c < layout.couplings; ++c) {
       const RowParts& parts = layout.parts;
       ASSERT_LT(parts.coupling_begin[index(c)], parts.coupling_begin[index(c + 1)]);
-      for (std::int64_t k = parts.coupling_begin[index(c)];
-           k < parts.coupling_begin[index(c + 1)]; ++k) {
+      for (std::int64_t k = parts.coupling_begin[index(c)]; k < parts.coupling_begin[index(c + 1)];
+           ++k) {
         const std::int64_t part = parts.list[index(k)];
         EXPECT_TRUE(seen.insert(part).second);
         EXPECT_EQ(parts.hub[index(part)], layout.hub_side.block[index(c)]);
-        EXPECT_EQ(system.row_leaf[index(parts.row[index(part)])],
-                  layout.leaf_side.block[index(c)]);
+        EXPECT_EQ(system.row_leaf[index(parts.row[index(part)])], layout.leaf_side.block[index(c)]);
       }
     }
     EXPECT_EQ(static_cast<std::int64_t>(seen.size()), layout.part_count());

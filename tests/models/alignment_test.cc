@@ -252,6 +252,12 @@ TEST(Truth, MedianStandsAFarPoint) {
   const TruthErrors errors = compare_with_truth(problem, truth);
   EXPECT_GT(errors.point_rmse, 0.1);
   EXPECT_NEAR(errors.point_median, 0.01, 1e-9);
+  EXPECT_LT(errors.point_alignment.scale, 1e-3);  // all shrunk to nothing beside that one
+  EXPECT_GT(errors.point_median_own, 0.1);
+  // The error of each is by the cameras too: the far one is told from the others.
+  EXPECT_NEAR(errors.point_errors[0], 0.01, 1e-9);
+  EXPECT_NEAR(errors.point_errors[2], 1e6, 1);
+  EXPECT_NEAR(errors.point_rmse_by_cameras, 1e6 / std::sqrt(101), 1);
 }
 
 TEST(Truth, WhatNobodyObservesIsLeftOut) {

@@ -92,8 +92,9 @@ std::string name_of(const Formulation& f) {
   constexpr const char* models[] = {"Xyz", "Idp", "Pba", "Pmba"};
   constexpr const char* updates[] = {"Global", "Local", "Se3"};
   const std::string objective =
-      f.objective == ObjectiveKind::ray ? std::array{"Ray", "FocalRay", "UnitRay"}[static_cast<std::size_t>(f.ray_weight)]
-                                        : (f.lens == Lens::free ? "PixelLens" : "Pixel");
+      f.objective == ObjectiveKind::ray
+          ? std::array{"Ray", "FocalRay", "UnitRay"}[static_cast<std::size_t>(f.ray_weight)]
+          : (f.lens == Lens::free ? "PixelLens" : "Pixel");
   return models[static_cast<int>(f.points)] + objective + updates[static_cast<int>(f.pose_update)];
 }
 
@@ -192,7 +193,8 @@ TEST_P(FormulationOf, LossWeighsResidualsAndDerivativesAlike) {
   const int size = plain.objective().layout().row_size;
   double cost = 0;
   for (Eigen::Index row = 0; row < plain.residual().size() / size; ++row) {
-    const LossValue value = evaluate(loss, plain.residual().segment(row * size, size).squaredNorm());
+    const LossValue value =
+        evaluate(loss, plain.residual().segment(row * size, size).squaredNorm());
     cost += 0.5 * value.rho;
     const MatrixXd expected =
         std::sqrt(value.weight) * plain.jacobian().middleRows(row * size, size);
@@ -215,9 +217,9 @@ TEST(RayObjective, RefusesWhatTheLensCannotHaveSeen) {
   problem.cameras[7] = -0.5;  // folds back at |p| = 0.816, where u = 0.544 f
   problem.observation_camera[3] = 0;
   problem.observations[6] = 2000;
-  EXPECT_THROW(DenseObjective(problem, Formulation{.lens = Lens::fixed,
-                                                   .objective = ObjectiveKind::ray}),
-               InputError);
+  EXPECT_THROW(
+      DenseObjective(problem, Formulation{.lens = Lens::fixed, .objective = ObjectiveKind::ray}),
+      InputError);
 }
 
 TEST(RayObjective, TellsAPointBehindTheCameraFromOneInFront) {

@@ -150,6 +150,11 @@ TEST_P(EachLoss, HugeSquaresKeepAFiniteValueAndWeight) {
 }
 
 // Sums and weights of rows against one value at a time.
+TEST_P(EachLoss, LevelsOffWhereItIsBounded) {
+  const RobustLoss loss = {GetParam(), LossScope::observation, 2};
+  EXPECT_EQ(levels_off(GetParam()), evaluate(loss, 1e100).rho <= 4);
+}
+
 TEST_P(EachLoss, RowsFollowTheScope) {
   const std::vector<double> r = {0.1, -0.2, 0.9, 0.9, -1.2, 0.01, 30, -40};
   const auto value = [&](double s) { return evaluate(loss(1), s); };

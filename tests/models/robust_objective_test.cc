@@ -117,7 +117,8 @@ TEST_P(RobustObjective, WeightedSquaresMajoriseTheCost) {
   for (const Loss kind : losses) {
     DenseObjective robust(problem, update(), Lens::free, 2, loss(kind));
     std::vector<double> root(static_cast<std::size_t>(plain.residual().size()));
-    robust_weights(loss(kind), plain.residual().data(), plain.residual().size() / 2, 2, root.data());
+    robust_weights(loss(kind), plain.residual().data(), plain.residual().size() / 2, 2,
+                   root.data());
     const Eigen::Map<const VectorXd> factor(root.data(), plain.residual().size());
     std::mt19937_64 random(11);
     for (const double size : {1e-4, 1e-3, 1e-2, 0.1}) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <set>
 #include <string>
 #include <utility>
@@ -122,6 +124,25 @@ TEST(ReprojectionBreakdown, GivesToEachWhatIsItsOwn) {
   EXPECT_EQ(parts.cameras[2].observations, 0);
   EXPECT_EQ(parts.cameras[2].rmse, 0);
   EXPECT_EQ(parts.points[2].largest, 0);
+}
+
+// A camera at the origin with f = 100 that sees points at depth 1.
+TEST(RobustStatistics, CountsWhatIsWithinTheScale) {
+  Problem problem;
+  problem.cameras = {0, 0, 0, 0, 0, 0, 100, 0, 0};
+  for (const double error : {0.5, 3.0, -4.0, 1.0}) {
+    problem.observation_camera.push_back(0);
+    problem.observation_point.push_back(static_cast<std::int32_t>(problem.points.size() / 3));
+    problem.points.insert(problem.points.end(), {0, 0, -1});
+    problem.observations.insert(problem.observations.end(), {error, 0});
+  }
+  EXPECT_EQ(robust_statistics(problem, 3).within, 3);
+  EXPECT_EQ(robust_statistics(problem, 0.9).within, 1);
+  EXPECT_EQ(robust_statistics(problem, 1).median, 3);
+  problem.points[2] = problem.points[11] = 0;  // in the plane of the camera
+  EXPECT_EQ(robust_statistics(problem, 1e100).within, 2);
+  EXPECT_EQ(robust_statistics(problem, 1).median, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(robust_statistics({}, 1).median, 0);
 }
 
 TEST(StructureStatistics, CountsWhatIsThere) {

@@ -54,10 +54,9 @@ TEST_P(Dogleg, FollowsThePath) {
   for (const PointModel points : {PointModel::xyz, PointModel::pmba}) {
     DenseObjective at(test::small_problem({.seed = 3, .points = 25}), formulation_for(points));
     const Path path(at, GetParam());
-    StepFixture fixture(at, {.method = Method::dogleg,
-                             .scaling = GetParam(),
-                             .lens = Lens::fixed,
-                             .points = points});
+    StepFixture fixture(
+        at,
+        {.method = Method::dogleg, .scaling = GetParam(), .lens = Lens::fixed, .points = points});
     const VectorXd nothing = VectorXd::Zero(path.newton.size());
     const auto free = fixture.solve(nothing);
     ASSERT_TRUE(free.report.solved);

@@ -1,6 +1,7 @@
 #include <raybundle/solver/options.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <set>
@@ -87,6 +88,11 @@ TEST(OptionNames, CountsReachTheLastValue) {
   EXPECT_EQ(static_cast<int>(ForcingRule::nash_sofer) + 1, enum_count<ForcingRule>);
   EXPECT_EQ(static_cast<int>(Loss::truncated) + 1, enum_count<Loss>);
   EXPECT_EQ(static_cast<int>(LossScope::component) + 1, enum_count<LossScope>);
+  EXPECT_EQ(static_cast<int>(PointModel::pmba) + 1, enum_count<PointModel>);
+  EXPECT_EQ(static_cast<int>(PointStart::rays) + 1, enum_count<PointStart>);
+  EXPECT_EQ(static_cast<int>(ObjectiveKind::ray) + 1, enum_count<ObjectiveKind>);
+  EXPECT_EQ(static_cast<int>(RayWeight::unit) + 1, enum_count<RayWeight>);
+  EXPECT_EQ(static_cast<int>(Gauge::fixed) + 1, enum_count<Gauge>);
 }
 
 TEST(OptionNames, AreThoseOthersRelyOn) {
@@ -161,7 +167,9 @@ TEST(Resolve, FillsEveryChoiceThatHasAnEffect) {
     const Options effective = resolve({.method = static_cast<Method>(i)});
     const MethodTraits& method = traits(effective.method);
     EXPECT_TRUE(effective.loss);
-    EXPECT_EQ(effective.scaling.has_value(), method.inner == InnerSolve::pcg);
+    EXPECT_EQ(effective.scaling.has_value(), method.bounded || method.inner == InnerSolve::pcg);
+    EXPECT_EQ(effective.gauge, method.inner == InnerSolve::dogleg ? Gauge::fixed : Gauge::free);
+    EXPECT_EQ(effective.lens, Lens::free);
     EXPECT_NE(effective.elimination.has_value(), method.adaptive);
     EXPECT_EQ(effective.damping_matrix.has_value(), method.damped);
     EXPECT_EQ(effective.initial_damping.has_value(), method.damped);
@@ -178,6 +186,63 @@ TEST(Resolve, FillsEveryChoiceThatHasAnEffect) {
   const Options tnm = resolve({.method = Method::tnm, .elimination = Elimination::none});
   EXPECT_NE(tnm.preconditioner, Preconditioner::diag_s) << "must fit the elimination";
   EXPECT_NE(tnm.preconditioner, Preconditioner::block_diag_s);
+}
+
+/// The number after "auto: " that ends a help text, if it is one alone.
+std::optional<double> promised(const std::string& help) {
+  const std::size_t at = help.find("auto: ");
+  if (at == std::string::npos) return std::nullopt;
+  const std::string rest = help.substr(at + 6);
+  char* end = nullptr;
+  const double value = std::strtod(rest.c_str(), &end);
+  return end != rest.c_str() && *end == '\0' ? std::optional(value) : std::nullopt;
+}
+
+TEST(Resolve, RaysHaveFixedLensesAndAWeight) {
+  const Options rays = resolve({.objective = ObjectiveKind::ray});
+  EXPECT_EQ(rays.lens, Lens::fixed);
+  EXPECT_EQ(rays.ray_weight, RayWeight::pixel);
+  EXPECT_EQ(message_of(rays), "");
+  EXPECT_NE(message_of({.lens = Lens::free, .objective = ObjectiveKind::ray}), "");
+  EXPECT_NE(message_of({.ray_weight = RayWeight::unit}), "") << "of pixels";
+}
+
+TEST(Resolve, AnchoredPointsKeepTheCameras) {
+  for (const PointModel points : {PointModel::idp, PointModel::pba, PointModel::pmba}) {
+    EXPECT_EQ(message_of({.points = points}), "");
+    EXPECT_NE(message_of({.elimination = Elimination::cameras, .points = points}), "");
+    EXPECT_NE(message_of({.method = Method::adinm, .points = points}), "");
+  }
+}
+
+TEST(Resolve, FillsWhatTheHelpPromises) {
+  std::set<std::string> seen;
+  for (int i = 0; i < enum_count<Method>; ++i) {
+    const Options options = resolve({.method = static_cast<Method>(i)});
+    visit_options(options, [&](const auto& value, const OptionInfo& info) {
+      using T = typename Plain<std::remove_cvref_t<decltype(value)>>::Type;
+      if constexpr (!std::is_enum_v<T> &&
+                    !std::is_same_v<std::remove_cvref_t<decltype(value)>, T>) {
+        const auto number = promised(info.help);
+        if (!number || !value) return;
+        EXPECT_EQ(static_cast<double>(*value), *number) << info.name;
+        seen.insert(info.name);
+      }
+    });
+    const bool lm = options.method == Method::lm_cholesky || options.method == Method::tnm;
+    if (traits(options.method).damped) {
+      EXPECT_EQ(options.damping_matrix, lm ? DiagonalMatrix::diag_h : DiagonalMatrix::identity);
+      EXPECT_EQ(options.initial_damping, lm ? 1e-4 : 1);
+    }
+    if (traits(options.method).inner != InnerSolve::pcg) continue;
+    EXPECT_EQ(options.preconditioner, Preconditioner::block_diag_s);
+    EXPECT_EQ(options.scaling, lm ? DiagonalMatrix::identity : DiagonalMatrix::inc);
+  }
+  for (const char* name :
+       {"min-damping", "max-damping", "min-radius", "max-inner-iterations", "forcing",
+        "inc-rotation", "inc-translation", "inc-focal", "inc-k1", "inc-k2", "inc-point"}) {
+    EXPECT_EQ(seen.count(name), 1U) << name;
+  }
 }
 
 TEST(Resolve, TakesWhatItMade) {

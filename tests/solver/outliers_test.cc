@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -50,6 +51,21 @@ TEST(Outliers, ALossKeepsThePointsNearTheTruth) {
     EXPECT_LT(point_error(given, {.method = Method::irls, .loss = Loss::truncated}), 0.5 * plain)
         << seed;
   }
+}
+
+// A loss that levels off at less than the residuals of a whole camera would never see it again.
+TEST(Outliers, IrlsStartsWideEnoughForTheCameraThatStartsWorst) {
+  Scene given = scene(3, 0);
+  given.start.cameras[9 * 4 + 1] += 0.3;  // a turn by hundreds of pixels
+  const auto error = [&](std::optional<double> start_scale) {
+    Problem problem = given.start;
+    const Summary summary = solve(
+        problem, {.method = Method::irls, .loss_start_scale = start_scale, .max_iterations = 200});
+    EXPECT_TRUE(summary.usable()) << summary.message;
+    return compare_with_truth(problem, given.truth).camera_rmse;
+  };
+  EXPECT_GT(error(50), 20) << "twice the median of the others";
+  EXPECT_LT(error(std::nullopt), 3);
 }
 
 TEST(Outliers, EveryLossWithEveryMethodEndsInNumbers) {

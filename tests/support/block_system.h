@@ -224,7 +224,7 @@ inline std::vector<BlockSystemOptions> typical_systems() {
                     .unobserved_hubs = 2,
                     .unobserved_leaves = 3,
                     .poor_leaves = 2});
-    list.push_back({.seed = 5, .hub_size = hub_size, .hubs = 3, .leaves = 260, .duplicates = 5});
+    list.push_back({.seed = 5, .hub_size = hub_size, .hubs = 3, .leaves = 150, .duplicates = 5});
     list.push_back({.seed = 6, .hub_size = hub_size, .hubs = 12, .rows_per_leaf = 9});
   }
   list.push_back({.seed = 7, .row_size = 3, .hub_size = 6, .hubs = 7, .duplicates = 3});

@@ -83,7 +83,7 @@ TEST_F(BenchCli, RunsEveryVariantReportsAndResumes) {
   // Nothing to do; the same from the folder alone; one log lost; another run asked for.
   const Result again = run(two_variants());
   EXPECT_EQ(again.code, 0);
-  EXPECT_TRUE(contains(again.errors, "4 runs of an earlier call are kept, 0 are to be done"));
+  EXPECT_TRUE(contains(again.errors, "4 runs of an earlier call kept, 0 to be done"));
   EXPECT_EQ(results()["runs"], report["runs"]);
   std::filesystem::remove(output_ + "/runs/tiny/pcg/2.json");
   const Result resumed = run({"bench", "-o", output_});
@@ -105,16 +105,94 @@ TEST_F(BenchCli, AReportAloneNeedsNoProblem) {
   EXPECT_EQ(read_text(output_ + "/results.csv"), before);
 }
 
-TEST_F(BenchCli, ARefusedVariantDoesNotStopTheOthers) {
-  const Result result = run(words({"--runs", "1", "--variant", "bad=--no-such-option 1",
-                                   "--variant", "good=--max-iterations 2"}));
-  EXPECT_EQ(result.code, 1);
-  EXPECT_TRUE(contains(result.errors, "refused: raybundle: ")) << result.errors;
-  const json runs = results()["runs"];
-  ASSERT_EQ(runs.size(), 2u);
-  EXPECT_EQ(runs[0]["status"], "refused");
-  EXPECT_TRUE(runs[0]["final_cost"].is_null());
-  EXPECT_EQ(runs[1]["status"], "ok");
+TEST_F(BenchCli, AReportTakesABestCostAndRefusesWhatWouldNeedARun) {
+  ASSERT_EQ(run(two_variants()).code, 0);
+  const std::string plan = read_text(output_ + "/plan.json");
+  const std::string before = read_text(output_ + "/results.json");
+  const Words report = {"bench", "--only-report", "-o", output_};
+  const auto with = [&report](const Words& more) {
+    Words all = report;
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+  };
+  for (const Words& more :
+       {Words{input_}, {"--runs", "3"}, {"--variant", "v="}, {"--best", "other=1"}}) {
+    EXPECT_EQ(with(more).code, 2) << more[0];
+  }
+  EXPECT_TRUE(contains(with({"--runs", "3"}).errors, "--runs has no effect with --only-report"));
+  EXPECT_EQ(read_text(output_ + "/plan.json"), plan);
+  EXPECT_EQ(read_text(output_ + "/results.json"), before);
+  EXPECT_EQ(with({"--best", "tiny=0.125"}).code, 0);
+  EXPECT_EQ(results()["problems"][0]["best"], 0.125);
+  EXPECT_EQ(results()["runs"].size(), 4u);
+  EXPECT_EQ(run(report).code, 0);
+  EXPECT_EQ(results()["problems"][0]["best"], 0.125) << "kept for later reports";
+}
+
+TEST_F(BenchCli, WhatIsGivenForAFolderChangesItsPlan) {
+  ASSERT_EQ(run(two_variants()).code, 0);
+  const Words again = {"bench", "-o", output_};
+  const auto with = [&again](const Words& more) {
+    Words all = again;
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+  };
+  const Result more_runs = with({"--runs", "3"});
+  EXPECT_EQ(more_runs.code, 0) << more_runs.errors;
+  EXPECT_TRUE(contains(more_runs.errors, "4 runs of an earlier call kept, 2 to be done"));
+  const Result others = with({"--variant", "pcg=--method tnm", "--variant", "chol=--lens fixed"});
+  EXPECT_EQ(others.code, 0) << others.errors;
+  EXPECT_TRUE(contains(others.errors, "3 runs of an earlier call kept, 3 to be done"))
+      << others.errors;
+  // No run belongs to the plan any more: none may be reported, though the names are the same.
+  EXPECT_EQ(with({"--common", "--bogus 1"}).code, 2);
+  json plan = json::parse(read_text(output_ + "/plan.json"));
+  EXPECT_EQ(plan["runs"], 3);
+  plan["common"] = "--max-iterations 5";
+  test::write_text(output_ + "/plan.json", plan.dump());
+  EXPECT_EQ(with({"--only-report"}).code, 0);
+  EXPECT_TRUE(results()["runs"].empty());
+  const std::string summary = read_text(output_ + "/summary.md");
+  EXPECT_TRUE(contains(summary, "### tiny\n\nNot run.\n")) << summary;
+  EXPECT_TRUE(contains(summary, "No problem was run."));
+}
+
+TEST_F(BenchCli, ACallThatIsRefusedLeavesTheEarlierBench) {
+  const std::string truth = (folder_ / "truth.txt").string();
+  io::write_bal(scenes::street({.seed = 3, .cameras = 11, .points = 300}), truth);
+  const std::string empty = (folder_ / "empty.txt").string();
+  test::write_text(empty, "");
+  const std::string scene = "s=sphere --cameras 5 --points 40";
+  ASSERT_EQ(run(words({"--runs", "1", "--variant", "v=--max-iterations 2", "--scene", scene})).code,
+            0);
+  const std::string plan = read_text(output_ + "/plan.json");
+  const auto refused = [&](const Words& more, int code, const std::string& why) {
+    Words all = {"bench", "-o", output_};
+    all.insert(all.end(), more.begin(), more.end());
+    const Result result = run(all);
+    EXPECT_EQ(result.code, code) << result.errors;
+    EXPECT_TRUE(contains(result.errors, why)) << result.errors;
+    EXPECT_EQ(read_text(output_ + "/plan.json"), plan);
+  };
+  // The first scene is good, and another than the one of this name that is there.
+  refused({"--scene", "s=sphere --cameras 6 --points 40", "--scene", "x=foo"}, 2,
+          "raybundle: --scene x: 'foo' is neither a kind (sphere, street, aerial, photos) nor a "
+          "preset (sphere-10, ");
+  refused({"--variant", "good=", "--variant", "bad=--bogus"}, 2, "variant bad: ");
+  refused({"--variant", "bad=--max-iterations x"}, 2, "variant bad: --max-iterations: 'x'");
+  refused({"--variant", "bad=--method lm-cholesky --forcing 0.1"}, 2, "variant bad: ");
+  refused({"--variant", "bad=--log x"}, 2, "variant bad: ");
+  refused({"--best", "other=1"}, 2, "other");
+  refused({input_ + "x"}, 3, input_ + "x");
+  refused({output_}, 3, "no regular file");
+  refused({empty}, 3, empty);
+  refused({input_ + ":" + truth}, 3, truth + ":1: found 11 cameras and 300 points");
+
+  const Result again = run({"bench", "-o", output_});
+  EXPECT_EQ(again.code, 0) << again.errors;
+  EXPECT_TRUE(contains(again.errors, "2 runs of an earlier call kept, 0 to be done"))
+      << again.errors;
+  EXPECT_FALSE(std::filesystem::exists(output_ + "/problems/new"));
 }
 
 // The driver's part is played by a script: Ceres need not be there.
@@ -139,6 +217,9 @@ echo '{"iterations": [
   const json report = results();
   EXPECT_EQ(report["problems"][0]["best"], 0.5);
   ASSERT_EQ(report["runs"].size(), 3u);
+  EXPECT_EQ(report["runs"][2]["status"], "refused");
+  EXPECT_TRUE(report["runs"][2]["final_cost"].is_null());
+  EXPECT_TRUE(contains(result.errors, "raybundle: 1 run could not be carried out"));
   const json& good = report["runs"][1];
   EXPECT_EQ(good["variant"], "good");
   EXPECT_EQ(good["status"], "ok");

@@ -62,6 +62,23 @@ TEST(BenchPlan, ProblemsVariantsAndTheirNames) {
   EXPECT_EQ(plan.run_path(plan.problems[4], plan.variants[0], 2), "out/runs/s/lm/2");
 }
 
+TEST(BenchPlan, ATruthNeedsNoName) {
+  const TemporaryFolder folder;
+  const std::string file = (folder / "a.txt").string();
+  BenchArguments arguments;
+  arguments.problems = {"b.txt:t=1/b.truth.txt"};
+  EXPECT_THROW(make_plan(arguments, "out"), OptionError) << "'b.txt:t' is no name";
+  write_text(file, "");
+  arguments.problems = {"d/b.txt:bt.txt", file + ":t=1/a.txt"};
+  const BenchPlan plan = make_plan(arguments, "out");
+  EXPECT_EQ(plan.problems[0].name, "b");
+  EXPECT_EQ(plan.problems[0].file, "d/b.txt");
+  EXPECT_EQ(plan.problems[0].truth, "bt.txt");
+  EXPECT_EQ(plan.problems[1].name, "a");
+  EXPECT_EQ(plan.problems[1].file, file);
+  EXPECT_EQ(plan.problems[1].truth, "t=1/a.txt");
+}
+
 // Costs of a loss do not compare with the others'.
 TEST(BenchPlan, EveryMethodOfPlainSquaresWhenNoneIsNamed) {
   const BenchPlan plan = make_plan({}, "out");
@@ -85,6 +102,8 @@ TEST(BenchPlan, RefusesWhatMakesNoSense) {
   refused([](auto& a) { a.problems.push_back("p=y"); });
   refused([](auto& a) { a.problems = {"../p=y"}; });
   refused([](auto& a) { a.problems = {"=y"}; });
+  refused([](auto& a) { a.problems = {"p=y:"}; });
+  refused([](auto& a) { a.problems = {":t"}; });
   refused([](auto& a) { a.scenes = {"s"}; });
   refused([](auto& a) { a.scenes = {"s= "}; });
   refused([](auto& a) { a.variants = {"v=", "v="}; });

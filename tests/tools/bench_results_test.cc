@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include <raybundle/tools/bench_report.h>
+
 namespace raybundle::tools {
 namespace {
 
@@ -58,6 +60,59 @@ TEST(BenchResults, RunsWithALossDoNotCountBesidePlainOnes) {
   for (const double seconds : results.runs[1].seconds_to) EXPECT_EQ(seconds, infinity);
   EXPECT_EQ(results.best[1], 3) << "alone they are compared with one another";
   EXPECT_EQ(results.runs[2].seconds_to, (std::array<double, 4>{1, 1, 1, 1}));
+}
+
+TEST(BenchResults, ACostOfAnotherKindIsNotSetAgainstTheBest) {
+  BenchPlan plan = plan_of(1);
+  plan.variants = {{"plain", BenchSolver::raybundle, {}}, {"robust", BenchSolver::raybundle, {}}};
+  BenchResults results;
+  results.runs = {run_of(0, {1000, 100}), run_of(0, {40, 50}, true)};
+  results.runs[1].variant = 1;
+  for (RunResult& run : results.runs) {
+    run.status = RunStatus::ok;
+    run.final_cost = run.trace.back().cost;
+  }
+  complete(plan, results);
+  const std::string text = summary_markdown(plan, results, {});
+  EXPECT_NE(text.find("| plain | ok | 100 | 1.000000 |"), std::string::npos) << text;
+  EXPECT_NE(text.find("| robust | ok | 50 | - |"), std::string::npos) << text;
+  EXPECT_NE(text.find("Medians of 3 runs; 1 thread;"), std::string::npos) << text;
+}
+
+// Five problems: one that both solve, one that one solves and the other has not run, one that
+// nobody solves, one that was only refused, one that nobody has run.
+TEST(BenchResults, SharesAreOfTheProblemsThatWereRun) {
+  BenchPlan plan = plan_of(5);
+  plan.variants = {{"a", BenchSolver::raybundle, {}}, {"b", BenchSolver::raybundle, {}}};
+  BenchResults results;
+  const auto add = [&](std::size_t problem, std::size_t variant, RunStatus status) {
+    RunResult run = run_of(problem, {});
+    if (status == RunStatus::ok) run = run_of(problem, {1000, 100});
+    run.variant = variant;
+    run.status = status;
+    results.runs.push_back(run);
+  };
+  add(0, 0, RunStatus::ok);
+  add(0, 1, RunStatus::ok);
+  add(1, 0, RunStatus::ok);
+  add(2, 0, RunStatus::crashed);
+  add(2, 1, RunStatus::no_memory);
+  add(3, 0, RunStatus::refused);
+  add(3, 1, RunStatus::error);
+  complete(plan, results);
+  const std::vector<MedianResult> all = medians(plan, results);
+  EXPECT_EQ(problems_run(plan, all), (std::vector<bool>{true, true, true, false, false}));
+  const std::vector<Profile> profile = profiles(plan, all, 0);
+  EXPECT_DOUBLE_EQ(share_at(profile[0], infinity), 2.0 / 3);
+  EXPECT_DOUBLE_EQ(share_at(profile[1], infinity), 1.0 / 3);
+  const std::string text = summary_markdown(plan, results, {});
+  for (const std::string part : {"3 of 5 problems were run", "1 pair of variant and problem",
+                                 "### p3\n\nNo run has a cost.", "### p4\n\nNot run.\n"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
+  }
+  results.runs.clear();
+  complete(plan, results);
+  EXPECT_EQ(share_at(profiles(plan, medians(plan, results), 0)[1], infinity), 0);
 }
 
 TEST(BenchResults, ACostKnownBeforehandIsTheTargetWhenItIsLess) {

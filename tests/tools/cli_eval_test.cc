@@ -81,8 +81,7 @@ TEST_F(EvalCommand, CostFollowsTheLoss) {
       const char* scope_name = scope == LossScope::observation ? "observation" : "component";
       const json log =
           evaluated({"--loss", names[kind], "--loss-scale", "2.5", "--loss-scope", scope_name});
-      Objective objective(scene_, {}, pool,
-                          {static_cast<Loss>(kind), scope, 2.5});
+      Objective objective(scene_, {}, pool, {static_cast<Loss>(kind), scope, 2.5});
       EXPECT_EQ(log["cost"].get<double>(), objective.cost(objective.state_of(scene_)));
       EXPECT_EQ(log["pixel_cost"].get<double>(), reprojection_statistics(scene_).cost);
       EXPECT_EQ(log["loss"], (json{{"kind", names[kind]}, {"scope", scope_name}, {"scale", 2.5}}));
@@ -105,6 +104,21 @@ TEST_F(EvalCommand, ComparesWithTheTruth) {
   const Result result = run({"eval", input_, "--truth", truth_file_});
   EXPECT_TRUE(contains(result.output, "RMSE of camera centres")) << result.output;
   EXPECT_TRUE(contains(result.output, "10 of 10 cameras")) << result.output;
+  EXPECT_FALSE(contains(result.output, "warning")) << result.output;
+}
+
+TEST_F(EvalCommand, SaysWhenAFarPointDecidesTheAlignment) {
+  scene_.points[3] += 1e6;
+  io::write_bal(scene_, input_);
+  const json log = evaluated({"--truth", truth_file_});
+  const TruthErrors expected = compare_with_truth(scene_, truth_);
+  EXPECT_EQ(log["truth"]["camera_scale"].get<double>(), expected.camera_alignment.scale);
+  EXPECT_EQ(log["truth"]["point_scale"].get<double>(), expected.point_alignment.scale);
+  EXPECT_EQ(log["truth"]["point_rmse_by_cameras"].get<double>(), expected.point_rmse_by_cameras);
+  EXPECT_EQ(log["truth"]["point_median_own"].get<double>(), expected.point_median_own);
+  EXPECT_LT(expected.point_alignment.scale, 0.5 * expected.camera_alignment.scale);
+  const Result result = run({"eval", input_, "--truth", truth_file_});
+  EXPECT_TRUE(contains(result.output, "a few far points dominate")) << result.output;
 }
 
 std::vector<std::vector<double>> read_csv(const std::string& file, const std::string& header) {

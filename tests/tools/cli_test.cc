@@ -217,6 +217,28 @@ TEST(Cli, VersionSaysWhatItComputesWith) {
   }
 }
 
+TEST(Cli, AnInstructionSetThatIsNoneIsRefused) {
+  const char* const before = std::getenv("RAYBUNDLE_ISA");
+  const std::string kept = before == nullptr ? "" : before;
+  const auto with = [](const char* value) {
+    ::setenv("RAYBUNDLE_ISA", value, 1);  // the child inherits it
+    return run({"version"});
+  };
+  const Result refused = with("foo");
+  const Result lowered = with("baseline");
+  const Result unset = with("");
+  if (before == nullptr) {
+    ::unsetenv("RAYBUNDLE_ISA");
+  } else {
+    ::setenv("RAYBUNDLE_ISA", kept.c_str(), 1);
+  }
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_TRUE(contains(refused.errors, "'foo' is none of baseline, avx2, avx512"));
+  EXPECT_EQ(lowered.code, 0);
+  EXPECT_TRUE(contains(lowered.output, "kernels  baseline")) << lowered.output;
+  EXPECT_EQ(unset.code, 0);
+}
+
 struct Known {
   const char* file;
   const char* cost;

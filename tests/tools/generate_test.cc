@@ -1,5 +1,6 @@
 // raybundle generate, as its users meet it.
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -64,6 +65,19 @@ TEST_F(Generate, IsTheLibrarysPreset) {
   EXPECT_EQ(truth.observation_count(), 1834);
 }
 
+TEST_F(Generate, TheStreetThatSolveMakesHasTheSameTruth) {
+  ASSERT_EQ(generate({"street", "--seed", "5"}).code, 0);
+  const std::string made = (folder_ / "made.txt").string();
+  ASSERT_EQ(run({"solve", "--seed", "5", "--max-iterations", "0", "-o", made}).code, 0);
+  Problem problem = io::read_bal(made);
+  const Problem truth = io::read_bal(truth_);
+  EXPECT_EQ(problem.observation_camera, truth.observation_camera);
+  EXPECT_EQ(problem.observation_point, truth.observation_point);
+  problem.cameras = truth.cameras;
+  problem.points = truth.points;
+  EXPECT_NEAR(reprojection_statistics(problem).rmse, 0.5 * std::sqrt(2), 0.01);
+}
+
 TEST_F(Generate, ScalesPresets) {
   ASSERT_EQ(generate({"trafalgar-257", "--scale", "0.1"}).code, 0);
   const Problem start = io::read_bal(output_);
@@ -95,6 +109,24 @@ TEST_F(Generate, TakesNoiseAndStart) {
   EXPECT_GT(reprojection_statistics(io::read_bal(truth_)).rmse, 30);
 }
 
+TEST_F(Generate, SaysWhichObservationsAreOutliers) {
+  const std::string list = (folder_ / "scene.outliers.txt").string();
+  ASSERT_EQ(generate({"sphere"}).code, 0);
+  const Problem clean = io::read_bal(truth_);
+  EXPECT_FALSE(std::filesystem::exists(list));  // there are none
+  const Result result = generate({"sphere", "--outliers", "0.1"});
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_TRUE(contains(result.output, list)) << result.output;
+  const Problem dirty = io::read_bal(truth_);
+  std::string expected;
+  for (std::size_t k = 0; k < clean.observation_camera.size(); ++k) {
+    const bool moved = clean.observations[2 * k] != dirty.observations[2 * k];
+    if (moved) expected += std::to_string(k) + "\n";
+  }
+  EXPECT_GT(expected.size(), 300U);
+  EXPECT_EQ(test::read_text(list), expected);
+}
+
 TEST_F(Generate, WarnsOfObservationsItCannotGive) {
   const Words words = {"photos", "--cameras", "100", "--points", "200", "--observations", "19000"};
   const Result result = generate(words);
@@ -115,17 +147,20 @@ TEST_F(Generate, StandardOutputTakesTheProblemAlone) {
 
 TEST_F(Generate, RefusesWhatHasNoEffectOrNoSense) {
   const std::vector<std::pair<Words, std::string>> cases = {
-      {{"cube"}, "'cube'"},
+      {{"cube"},
+       "'cube' is neither a kind (sphere, street, aerial, photos) nor a preset (sphere-10,"},
       {{"sphere", "--lap", "200"}, "--lap has no effect"},
       {{"sphere", "--height", "20"}, "--height has no effect"},
       {{"street", "--region", "1"}, "--region has no effect"},
       {{"street", "--sights", "2"}, "--sights has no effect"},
       {{"photos", "--far", "0.1"}, "--far has no effect"},
       {{"aerial", "--scale", "2"}, "--scale has no effect"},
+      {{"sphere-11"},
+       "'sphere-11' is neither a kind (sphere, street, aerial, photos) nor a preset"},
       {{"sphere-10", "--cameras", "20"}, "--cameras has no effect"},
       {{"sphere-10", "--points", "20"}, "--points has no effect"},
       {{"sphere-10", "--observations", "20"}, "--observations has no effect"},
-      {{"sphere-10", "--region", "1"}, "--region has no effect"},
+      {{"sphere-10", "--region", "1"}, "--region has no effect: sphere-10 is a preset"},
       {{"sphere", "--observations", "1834", "--region", "1"}, "--region has no effect"},
       {{"sphere", "--observations", "10"}, "10 observations"},
       {{"sphere", "--cameras", "1"}, "1 cameras"},
@@ -136,10 +171,12 @@ TEST_F(Generate, RefusesWhatHasNoEffectOrNoSense) {
       {{"sphere", "--pixel-noise", "nan"}, "pixel noise"},
       {{"sphere", "--start-focal", "1"}, "focal noise"},
       {{"street", "--lap", "30"}, "lap of 30"},
-      {{"ladybug-1723", "--scale", "-1"}, "scale"},
+      {{"ladybug-1723", "--scale", "-1"}, "scale of -1, expected 1e-06 to 10"},
       {{"sphere", "--truth", output_}, "are the same"},
       {{"sphere", "--truth", (folder_ / "." / "scene.txt").string()}, "are the same"},
       {{"sphere", "--truth", ""}, "the name is empty"},
+      {{"sphere", "--outliers", "0.1", "--truth", (folder_ / "scene.outliers.txt").string()},
+       "where the list of outliers goes"},
       {{"sphere", "--truth", truth_ + ".gz"}, "would not be compressed"},
   };
   for (const auto& [words, expected] : cases) {

@@ -46,6 +46,17 @@ TEST(Plot, LeavesOutWhatAnAxisCannotShow) {
   EXPECT_FALSE(contains(plot_script("p", plot), "logscale"));
 }
 
+TEST(Plot, AnAxisOfOneValueHasALength) {
+  LinePlot plot{.log_x = true, .log_y = true, .series = {{"a", {2}, {30}}}};
+  std::string script = plot_script("p", plot);
+  EXPECT_TRUE(contains(script, "set xrange [1.8:2.2]\nset yrange [27:33]\n")) << script;
+  plot = {.series = {{"a", {0, 0}, {100, 100.00000001}}}};  // the same to the script's six digits
+  script = plot_script("p", plot);
+  EXPECT_TRUE(contains(script, "set xrange [-1:1]\nset yrange [90:110]\n")) << script;
+  plot = {.series = {{"a", {0, 1}, {1, 2}}}};
+  EXPECT_FALSE(contains(plot_script("p", plot), "range ["));
+}
+
 TEST(Plot, ACurveWithoutPointsHasNoEntry) {
   const LinePlot plot{.series = {{"empty", {}, {}}, {"full", {1, 2}, {1, 2}}}};
   const std::string script = plot_script("p", plot);
@@ -89,6 +100,8 @@ TEST(Plot, GnuplotDrawsThemAll) {
     line.series.assign(12, curve);  // more than colours
     plots.add("line", line);
     plots.add("steps", LinePlot{.steps = true, .series = {{"s", {1, 2}, {0.5, 1}, true}}});
+    plots.add("one", LinePlot{.series = {{"s", {0}, {-5}}}});
+    plots.add("flat", LinePlot{.log_y = true, .series = {{"s", {1, 1}, {2, 2.00000001}}}});
     plots.add("nothing", LinePlot{.log_x = true, .log_y = true});
     plots.add("histogram", Histogram{.title = awkward, .log_y = true, .values = {1, 2, 2, 3}});
     plots.add("segments", SegmentPlot{.title = awkward, .segments = {{1, 2, 3, 4}}});
