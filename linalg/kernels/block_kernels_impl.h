@@ -67,8 +67,8 @@ struct SideKernels {
 
 // u += J x of one row, by its parts on the kept side.
 template <int R, int K, class Rows>
-inline void add_row_product(const SideView& kept, Index row, Index c, const double* J,
-                            const double* x, double* u) {
+[[gnu::always_inline]] inline void add_row_product(const SideView& kept, Index row, Index c,
+                                                   const double* J, const double* x, double* u) {
   Rows::parts_of_row(kept, row, c, [&](Index part, Index block) {
     add_product<R, K>(J + part * R * K, x + block * K, u);
   });

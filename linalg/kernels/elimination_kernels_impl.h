@@ -44,16 +44,16 @@ struct CouplingProducts;
 // From the rows themselves: cheaper than W while R < E, and a coupling has few rows, mostly one.
 template <int R, int K, int E>
 struct CouplingProducts<R, K, E, OneHub> {
-  static void form(const EliminationView& /*view*/, Index /*e*/) {}
+  [[gnu::always_inline]] static void form(const EliminationView& /*view*/, Index /*e*/) {}
 
-  static void prefetch_coupling(const EliminationView& view, Index c) {
+  [[gnu::always_inline]] static void prefetch_coupling(const EliminationView& view, Index c) {
     prefetch<2 * R * K * 8>(view.J_kept + row_begin(view.kept, c) * R * K);
     prefetch<2 * R * E * 8>(view.U + row_begin(view.kept, c) * R * E);
   }
 
   // A -= J_a^T U_a U_b^T J_b for one row of a and one of b.
-  static void subtract_row(const EliminationView& view, Index row_a, Index row_b, double* A,
-                           Index stride) {
+  [[gnu::always_inline]] static void subtract_row(const EliminationView& view, Index row_a,
+                                                  Index row_b, double* A, Index stride) {
     Row<K> right[R] = {};  // U_a U_b^T J_b
     for (int r = 0; r < R; ++r) {
       const double* U_a = view.U + (row_a * R + r) * E;
@@ -71,7 +71,8 @@ struct CouplingProducts<R, K, E, OneHub> {
     }
   }
 
-  static void subtract(const EliminationView& view, Index c, Index other, double* A, Index stride) {
+  [[gnu::always_inline]] static void subtract(const EliminationView& view, Index c, Index other,
+                                              double* A, Index stride) {
     for (Index row = row_begin(view.kept, c); row < row_end(view.kept, c); ++row) {
       for (Index next = row_begin(view.kept, other); next < row_end(view.kept, other); ++next) {
         subtract_row(view, row, next, A, stride);
@@ -83,7 +84,7 @@ struct CouplingProducts<R, K, E, OneHub> {
 // By W: an anchor has a part of every row of its leaf. Stored transposed, E rows of K.
 template <int R, int K, int E>
 struct CouplingProducts<R, K, E, SeveralHubs> {
-  static void form(const EliminationView& view, Index e) {
+  [[gnu::always_inline]] static void form(const EliminationView& view, Index e) {
     for (Index c = view.eliminated.begin[e]; c < view.eliminated.begin[e + 1]; ++c) {
       Row<K> W[E] = {};
       SeveralHubs::parts_of_coupling(view.kept, c, [&](Index part, Index row) {
@@ -96,11 +97,12 @@ struct CouplingProducts<R, K, E, SeveralHubs> {
     }
   }
 
-  static void prefetch_coupling(const EliminationView& view, Index c) {
+  [[gnu::always_inline]] static void prefetch_coupling(const EliminationView& view, Index c) {
     prefetch<E * K * 8>(view.W + c * E * K);
   }
 
-  static void subtract(const EliminationView& view, Index c, Index other, double* A, Index stride) {
+  [[gnu::always_inline]] static void subtract(const EliminationView& view, Index c, Index other,
+                                              double* A, Index stride) {
     const double* left = view.W + c * E * K;
     Row<K> right[E];
     for (int k = 0; k < E; ++k) right[k] = Row<K>::load(view.W + (other * E + k) * K);
@@ -146,7 +148,8 @@ struct Eliminate {
   }
 
   // v -= J^T U y of one part.
-  static void reduce_part(const EliminationView& view, Index e, Index part, Index row, Row<K>& v) {
+  [[gnu::always_inline]] static void reduce_part(const EliminationView& view, Index e, Index part,
+                                                 Index row, Row<K>& v) {
     for (int k = 0; k < R; ++k) {
       v.add(-Row<E>::dot(view.U + (row * R + k) * E, view.y + e * E),
             Row<K>::load(view.J_kept + (part * R + k) * K));

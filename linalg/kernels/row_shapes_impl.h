@@ -43,7 +43,7 @@ struct OneHub {
 
   // Calls visit(row, coupling) for the rows of block b of a side.
   template <class Visit>
-  static void rows(const SideView& side, Index b, Visit&& visit) {
+  [[gnu::always_inline]] static void rows(const SideView& side, Index b, Visit&& visit) {
     for (Index p = side.begin[b]; p < side.begin[b + 1]; ++p) {
       const Index c = coupling(side, p);
       for (Index row = row_begin(side, c); row < row_end(side, c); ++row) visit(row, c);
@@ -52,13 +52,15 @@ struct OneHub {
 
   // Calls visit(part, kept block) for what a row, of coupling c, has on the kept side.
   template <class Visit>
-  static void parts_of_row(const SideView& kept, Index row, Index c, Visit&& visit) {
+  [[gnu::always_inline]] static void parts_of_row(const SideView& kept, Index row, Index c,
+                                                  Visit&& visit) {
     visit(row, Index{kept.block[c]});
   }
 
   // Calls visit(part, row) for the parts of a coupling.
   template <class Visit>
-  static void parts_of_coupling(const SideView& side, Index c, Visit&& visit) {
+  [[gnu::always_inline]] static void parts_of_coupling(const SideView& side, Index c,
+                                                       Visit&& visit) {
     for (Index row = row_begin(side, c); row < row_end(side, c); ++row) visit(row, row);
   }
   static Index first_part(const SideView& side, Index c) { return row_begin(side, c); }
@@ -69,19 +71,21 @@ struct SeveralHubs {
   static constexpr bool several = true;
 
   template <class Visit>
-  static void rows(const SideView& leaves, Index leaf, Visit&& visit) {
+  [[gnu::always_inline]] static void rows(const SideView& leaves, Index leaf, Visit&& visit) {
     const Index* begin = leaves.parts.leaf_rows + leaf;
     for (Index row = begin[0]; row < begin[1]; ++row) visit(row, Index{-1});
   }
 
   template <class Visit>
-  static void parts_of_row(const SideView& hubs, Index row, Index /*coupling*/, Visit&& visit) {
+  [[gnu::always_inline]] static void parts_of_row(const SideView& hubs, Index row,
+                                                  Index /*coupling*/, Visit&& visit) {
     const Index* begin = hubs.parts.row_parts + row;
     for (Index part = begin[0]; part < begin[1]; ++part) visit(part, Index{hubs.parts.hub[part]});
   }
 
   template <class Visit>
-  static void parts_of_coupling(const SideView& side, Index c, Visit&& visit) {
+  [[gnu::always_inline]] static void parts_of_coupling(const SideView& side, Index c,
+                                                       Visit&& visit) {
     const PartsView& parts = side.parts;
     for (Index k = parts.coupling_begin[c]; k < parts.coupling_begin[c + 1]; ++k) {
       visit(parts.list[k], parts.row[parts.list[k]]);
@@ -97,7 +101,8 @@ struct SeveralHubs {
 template <class Rows>
 struct PartsOfHub {
   template <int size, class Visit>
-  static void each(const SideView& side, Index b, const double* J, Visit&& visit) {
+  [[gnu::always_inline]] static void each(const SideView& side, Index b, const double* J,
+                                          Visit&& visit) {
     for (Index p = side.begin[b]; p < side.begin[b + 1]; ++p) {
       const Index ahead = coupling_ahead(side, b, p);
       if (ahead >= 0) prefetch<size * 8>(J + Rows::first_part(side, ahead) * size);
@@ -111,7 +116,8 @@ struct PartsOfHub {
 template <class Rows>
 struct PartsOfLeaf {
   template <int size, class Visit>
-  static void each(const SideView& leaves, Index leaf, const double* /*J*/, Visit&& visit) {
+  [[gnu::always_inline]] static void each(const SideView& leaves, Index leaf, const double* /*J*/,
+                                          Visit&& visit) {
     Rows::rows(leaves, leaf, [&](Index row, Index c) { visit(row, row, c); });
   }
 };

@@ -115,7 +115,7 @@ void write_bal(const Problem& problem, TextWriter& writer) {
     writer.number(problem.observation_camera[i], ' ');
     writer.number(problem.observation_point[i], ' ');
     writer.number(problem.observations[2 * i], ' ');
-    writer.number(problem.observations[2 * i + 1], '\n');
+    writer.number(problem.observations[2 * i + 1] / problem.aspect, '\n');
   }
   for (const double value : problem.cameras) writer.number(value, '\n');
   for (const double value : problem.points) writer.number(value, '\n');

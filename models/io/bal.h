@@ -21,7 +21,8 @@ Problem read_bal(const std::filesystem::path& path);
 Problem parse_bal(std::string_view text, const std::string& source);
 
 /// Writes the shortest decimals that read back to the same doubles, whole or not at all: the
-/// file appears under its name only when complete. What is fixed is not part of the format. Throws
+/// file appears under its name only when complete. What is fixed is not part of the format, and
+/// pixels are square in it: y is divided by the aspect. Throws
 /// InputError for a problem that is not valid, std::system_error (naming the file) on failure.
 void write_bal(const Problem& problem, const std::filesystem::path& path);
 

@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 
 #include <raybundle/models/error.h>
+#include <raybundle/models/io/bal.h>
 #include <raybundle/models/rotation.h>
 #include <raybundle/models/statistics.h>
 #include <raybundle/tests/support/small_problem.h>
@@ -84,6 +85,15 @@ TEST(ParallaxBa, WhatIsWrittenIsReadAgain) {
     const Vector3d t(&problem.cameras[c + 3]), t_again(&again.cameras[c + 3]);
     EXPECT_LE((t - t_again).norm(), 1e-12 * t.norm());
   }
+}
+
+// BAL knows square pixels only: the geometry stays, y is measured anew.
+TEST(ParallaxBa, AsBalItIsMetAsWell) {
+  const test::TemporaryFolder folder;
+  write_example(folder.path());
+  const Problem problem = io::read_parallaxba(folder.path());
+  io::write_bal(problem, folder.path() / "bal.txt");
+  EXPECT_LE(reprojection_statistics(io::read_bal(folder.path() / "bal.txt")).largest, 1e-9);
 }
 
 TEST(ParallaxBa, RefusesWhatItCannotHold) {
