@@ -7,14 +7,14 @@
 namespace raybundle {
 
 namespace baseline {
-extern const ResidualKernels residual_kernel_table[2][3][sensors];
+extern const KernelsByUpdate residual_kernel_table[2];
 }
 #ifdef RAYBUNDLE_HAVE_X86_KERNELS
 namespace avx2 {
-extern const ResidualKernels residual_kernel_table[2][3][sensors];
+extern const KernelsByUpdate residual_kernel_table[2];
 }
 namespace avx512 {
-extern const ResidualKernels residual_kernel_table[2][3][sensors];
+extern const KernelsByUpdate residual_kernel_table[2];
 }
 #endif
 
@@ -33,13 +33,13 @@ const ResidualKernels& residual_kernels(bool anchored, PoseUpdate update, Sensor
   const auto column = static_cast<int>(sensor);
 #ifdef RAYBUNDLE_HAVE_X86_KERNELS
   if (linalg::instruction_set() == linalg::InstructionSet::avx512) {
-    return avx512::residual_kernel_table[kind][row][column];
+    return avx512::residual_kernel_table[kind].of[row].of[column];
   }
   if (linalg::instruction_set() == linalg::InstructionSet::avx2) {
-    return avx2::residual_kernel_table[kind][row][column];
+    return avx2::residual_kernel_table[kind].of[row].of[column];
   }
 #endif
-  return baseline::residual_kernel_table[kind][row][column];
+  return baseline::residual_kernel_table[kind].of[row].of[column];
 }
 
 }  // namespace raybundle

@@ -62,6 +62,14 @@ constexpr int camera_unknowns(Sensor sensor) { return sensor == Sensor::pixel_an
 /// Throws std::invalid_argument for rays and free lenses.
 Sensor sensor_of(const Formulation& formulation);
 
+/// The kernels of one instruction set, by the values of Sensor and PoseUpdate.
+struct KernelsBySensor {
+  ResidualKernels of[sensors];
+};
+struct KernelsByUpdate {
+  KernelsBySensor of[3];
+};
+
 const ResidualKernels& residual_kernels(bool anchored, PoseUpdate update, Sensor sensor);
 
 }  // namespace raybundle

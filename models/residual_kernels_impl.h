@@ -6,28 +6,24 @@
 namespace raybundle::RAYBUNDLE_ISA {
 namespace {
 
-template <class Rows, PoseUpdate Update>
+template <class Rows, PoseUpdate update>
 constexpr ResidualKernels kernels = {&Rows::cost, &Rows::residuals,
-                                     &Rows::template linearize<Update>};
+                                     &Rows::template linearize<update>};
 
-#define RAYBUNDLE_BY_SENSOR(Rows, update)                                                \
-  {                                                                                      \
-    kernels<Rows<Sensor::pixel_and_lens>, update>, kernels<Rows<Sensor::pixel>, update>, \
-        kernels<Rows<Sensor::ray>, update>, kernels<Rows<Sensor::pixel_ray>, update>     \
-  }
-#define RAYBUNDLE_BY_UPDATE(Rows)                                                                \
-  {                                                                                              \
-    RAYBUNDLE_BY_SENSOR(Rows, PoseUpdate::global), RAYBUNDLE_BY_SENSOR(Rows, PoseUpdate::local), \
-        RAYBUNDLE_BY_SENSOR(Rows, PoseUpdate::se3)                                               \
-  }
+template <template <Sensor> class Rows, PoseUpdate update>
+constexpr KernelsBySensor by_sensor = {
+    {kernels<Rows<Sensor::pixel_and_lens>, update>, kernels<Rows<Sensor::pixel>, update>,
+     kernels<Rows<Sensor::ray>, update>, kernels<Rows<Sensor::pixel_ray>, update>}};
+
+template <template <Sensor> class Rows>
+constexpr KernelsByUpdate by_update = {{by_sensor<Rows, PoseUpdate::global>,
+                                        by_sensor<Rows, PoseUpdate::local>,
+                                        by_sensor<Rows, PoseUpdate::se3>}};
 
 }  // namespace
 
-// Indexed by anchored, PoseUpdate and Sensor, in the order of their values.
-extern const ResidualKernels residual_kernel_table[2][3][sensors] = {
-    RAYBUNDLE_BY_UPDATE(XyzRows), RAYBUNDLE_BY_UPDATE(AnchoredRows)};
-
-#undef RAYBUNDLE_BY_SENSOR
-#undef RAYBUNDLE_BY_UPDATE
+// Of coordinates, and of anchored points.
+extern const KernelsByUpdate residual_kernel_table[2] = {by_update<XyzRows>,
+                                                         by_update<AnchoredRows>};
 
 }  // namespace raybundle::RAYBUNDLE_ISA
