@@ -1,5 +1,7 @@
 #include <raybundle/models/anchors.h>
 
+#include <raybundle/models/rotation.h>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -41,6 +43,29 @@ bool apart(const Observer& a, const Observer& b) {
 }
 
 }  // namespace
+
+CameraPoses::CameraPoses(const std::vector<double>& cameras) {
+  const std::size_t count = cameras.size() / Problem::camera_size;
+  R_cw_.resize(9 * count);
+  P_.resize(3 * count);
+  for (std::size_t c = 0; c < count; ++c) {
+    const double* camera = cameras.data() + c * Problem::camera_size;
+    const so3::Matrix3 R = so3::exp(Vector3d(Eigen::Map<const Vector3d>(camera)));
+    Eigen::Map<RowMajor>(R_cw_.data() + 9 * c) = R;
+    Eigen::Map<Vector3d>(P_.data() + 3 * c) =
+        -(R.transpose() * Eigen::Map<const Vector3d>(camera + 3));
+  }
+}
+
+AnchorPoses CameraPoses::of(const Anchors& anchors) const {
+  return {R_cw(anchors.main), P(anchors.main),
+          anchors.associate < 0 ? nullptr : P(anchors.associate)};
+}
+
+SeenRays CameraPoses::seen(const std::vector<std::int32_t>& row_camera,
+                           const std::vector<double>& rays) const {
+  return {row_camera.data(), rays.data(), R_cw_.data(), P_.data()};
+}
 
 AnchorRows choose_anchors(const SeenRays& seen, Track track, bool first_is_main) {
   AnchorRows best;

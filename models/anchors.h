@@ -22,6 +22,21 @@ struct SeenRays {
   const double* centre;        ///< per camera: 3
 };
 
+/// Rotations and centres of the cameras of a problem or state.
+class CameraPoses {
+ public:
+  explicit CameraPoses(const std::vector<double>& cameras);
+
+  const double* R_cw(std::int32_t camera) const { return R_cw_.data() + 9 * std::int64_t{camera}; }
+  const double* P(std::int32_t camera) const { return P_.data() + 3 * std::int64_t{camera}; }
+  AnchorPoses of(const Anchors& anchors) const;
+  /// What these cameras saw along `rays`; row_camera and rays outlive it.
+  SeenRays seen(const std::vector<std::int32_t>& row_camera, const std::vector<double>& rays) const;
+
+ private:
+  std::vector<double> R_cw_, P_;
+};
+
 /// The anchors of a point, and the rows in which they see it.
 struct AnchorRows {
   Anchors anchors;

@@ -99,13 +99,8 @@ double Objective::rounding_cost_of(const Problem& problem) const {
 }
 
 void Objective::choose_all_anchors(const Problem& problem, const std::vector<double>& rays) {
-  update_frames({problem.cameras, {}});
-  std::vector<double> rotations, centres;
-  for (const CameraFrame& frame : frames_) {
-    rotations.insert(rotations.end(), frame.R_cw, frame.R_cw + 9);
-    centres.insert(centres.end(), frame.P, frame.P + 3);
-  }
-  const SeenRays seen = {rows_.camera.data(), rays.data(), rotations.data(), centres.data()};
+  const CameraPoses poses(problem.cameras);
+  const SeenRays seen = poses.seen(rows_.camera, rays);
   const bool idp = formulation_.points == PointModel::idp;
   anchors_.resize(index(problem.point_count()));
   linalg::parallel_for(

@@ -3,9 +3,6 @@
 #include <raybundle/linalg/parallel.h>
 #include <raybundle/models/objective.h>
 #include <raybundle/models/rays.h>
-#include <raybundle/models/rotation.h>
-
-#include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
@@ -22,37 +19,6 @@ double norm(const double* x, int size) {
   for (int i = 0; i < size; ++i) squares += x[i] * x[i];
   return std::sqrt(squares);
 }
-
-// Rotation and centre of the cameras of a problem.
-class Poses {
- public:
-  explicit Poses(const std::vector<double>& cameras) {
-    using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    using Vector3 = so3::Vector3;
-    const std::size_t count = cameras.size() / Problem::camera_size;
-    R_cw_.resize(9 * count);
-    P_.resize(3 * count);
-    for (std::size_t c = 0; c < count; ++c) {
-      const double* camera = cameras.data() + c * Problem::camera_size;
-      const so3::Matrix3 R = so3::exp(Vector3(Eigen::Map<const Vector3>(camera)));
-      Eigen::Map<RowMajor>(R_cw_.data() + 9 * c) = R;
-      Eigen::Map<Vector3>(P_.data() + 3 * c) =
-          -(R.transpose() * Eigen::Map<const Vector3>(camera + 3));
-    }
-  }
-  const double* R_cw(std::int32_t camera) const { return R_cw_.data() + 9 * std::int64_t{camera}; }
-  const double* P(std::int32_t camera) const { return P_.data() + 3 * std::int64_t{camera}; }
-  AnchorPoses of(const Anchors& anchors) const {
-    return {R_cw(anchors.main), P(anchors.main),
-            anchors.associate < 0 ? nullptr : P(anchors.associate)};
-  }
-  SeenRays seen(const ObservationRows& rows, const std::vector<double>& rays) const {
-    return {rows.camera.data(), rays.data(), R_cw_.data(), P_.data()};
-  }
-
- private:
-  std::vector<double> R_cw_, P_;
-};
 
 }  // namespace
 
@@ -74,7 +40,7 @@ void Objective::place_points(State& state, Place&& place) const {
 State Objective::state_of(const Problem& problem) const {
   if (!is_anchored(formulation_.points)) return {problem.cameras, problem.points};
   State state = {problem.cameras, {}};
-  const Poses poses(problem.cameras);
+  const CameraPoses poses(problem.cameras);
   place_points(state, [&](std::int64_t i, double* stored) {
     from_world(formulation_.points, problem.points.data() + 3 * i, poses.of(anchors_[index(i)]),
                stored);
@@ -85,9 +51,9 @@ State Objective::state_of(const Problem& problem) const {
 // xyz and idp too are placed by the pair of best parallax.
 State Objective::state_from_rays(const Problem& problem) const {
   State state = state_of(problem);
-  const Poses poses(problem.cameras);
+  const CameraPoses poses(problem.cameras);
   const std::vector<double> rays = in_row_order(rows_, apparent_rays(problem), 3);
-  const SeenRays seen = poses.seen(rows_, rays);
+  const SeenRays seen = poses.seen(rows_.camera, rays);
   const bool idp = formulation_.points == PointModel::idp;
   place_points(state, [&](std::int64_t i, double* stored) {
     const Track track = {rows_.begin[index(i)], rows_.begin[index(i + 1)]};
@@ -107,7 +73,7 @@ void Objective::write(State state, Problem& problem) const {
   if (!is_anchored(formulation_.points)) {
     problem.points = std::move(state.points);
   } else {
-    const Poses poses(state.cameras);
+    const CameraPoses poses(state.cameras);
     const int stored = stored_size(formulation_.points);
     for (std::int64_t i = 0; i < layout_.leaves; ++i) {
       const bool fixed = !fixed_points_.empty() && fixed_points_[index(i)] != 0;

@@ -60,16 +60,22 @@ class DoglegStep final : public StepSolver {
     return request.inverse_scaling == nullptr ? 1.0 : request.inverse_scaling[i];
   }
 
+  // u . v of scaled unknowns.
+  double scaled_dot(const StepRequest& request, const std::vector<double>& u,
+                    const std::vector<double>& v) const {
+    return linalg::parallel_sum(pool_, unknowns_, 16384,
+                                [&](std::int64_t first, std::int64_t last) {
+                                  double sum = 0;
+                                  for (std::int64_t i = first; i < last; ++i) {
+                                    const double inverse = inverse_scaling(request, index(i));
+                                    sum += u[index(i)] * v[index(i)] / (inverse * inverse);
+                                  }
+                                  return sum;
+                                });
+  }
+
   double length(const StepRequest& request, const std::vector<double>& p) const {
-    return std::sqrt(
-        linalg::parallel_sum(pool_, unknowns_, 16384, [&](std::int64_t first, std::int64_t last) {
-          double sum = 0;
-          for (std::int64_t i = first; i < last; ++i) {
-            const double scaled = p[index(i)] / inverse_scaling(request, index(i));
-            sum += scaled * scaled;
-          }
-          return sum;
-        }));
+    return std::sqrt(scaled_dot(request, p, p));
   }
 
   void find_cauchy_point(const StepRequest& request) {
@@ -134,15 +140,7 @@ class DoglegStep final : public StepSolver {
   // The t in [0, 1] with |D (p_C + t (p_N - p_C))| = radius, from
   //   |d|^2 t^2 + 2 p_C.d t - (radius^2 - |p_C|^2) = 0,  d = p_N - p_C, lengths being scaled.
   double share_of_newton(const StepRequest& request) const {
-    const double product =
-        linalg::parallel_sum(pool_, unknowns_, 16384, [&](std::int64_t first, std::int64_t last) {
-          double sum = 0;
-          for (std::int64_t i = first; i < last; ++i) {
-            const double inverse = inverse_scaling(request, index(i));
-            sum += cauchy_[index(i)] * newton_[index(i)] / (inverse * inverse);
-          }
-          return sum;
-        });
+    const double product = scaled_dot(request, cauchy_, newton_);
     const double cc = cauchy_length_ * cauchy_length_;
     const double a = newton_length_ * newton_length_ - 2 * product + cc;
     const double b = product - cc;

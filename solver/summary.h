@@ -77,7 +77,7 @@ struct [[nodiscard]] Summary {
   double gradient_norm = 0;  ///< at the end
   int accepted = 0;
   int linear_solves = 0;
-  int regularised = 0;  ///< steps whose normal equations were singular; dogleg only
+  int regularised = 0;  ///< linearisations whose normal equations were singular; dogleg only
   std::int64_t inner_iterations = 0;
   int threads = 1;  ///< used
   Timing seconds;

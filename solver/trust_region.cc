@@ -151,7 +151,7 @@ void TrustRegion::compute_step() {
   report_ = steps_.solve(request, step_.data());
   relinearised_ = false;
   summary_.linear_solves += report_.linear_solves;
-  if (report_.regularisation > 0) ++summary_.regularised;
+  if (report_.linear_solves > 0 && report_.regularisation > 0) ++summary_.regularised;
   record_.regularisation = report_.regularisation;
   summary_.inner_iterations += report_.inner_iterations;
   record_.inner_iterations = report_.inner_iterations;

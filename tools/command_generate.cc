@@ -18,7 +18,6 @@
 #include <raybundle/models/scenes/aerial.h>
 #include <raybundle/models/scenes/noise.h>
 #include <raybundle/models/scenes/photos.h>
-#include <raybundle/models/scenes/presets.h>
 #include <raybundle/models/scenes/sphere.h>
 #include <raybundle/models/scenes/street.h>
 #include <raybundle/models/statistics.h>
@@ -27,155 +26,16 @@
 #include <raybundle/tools/options_cli.h>
 #include <raybundle/tools/output.h>
 #include <raybundle/tools/report.h>
+#include <raybundle/tools/scene_recipe.h>
 
 namespace raybundle::tools {
 namespace {
 
-/// What was given on the command line; the defaults depend on the scene.
 struct Arguments {
-  std::string what;  // a kind or a preset
+  SceneRequest scene;
   std::string output;
   std::string truth;
-  std::uint64_t seed = 1;
-  std::optional<std::uint64_t> noise_seed;
-  std::optional<std::int64_t> cameras, points, observations;
-  std::optional<double> region, far_share, height;  // of one kind each
-  std::optional<std::int64_t> lap, sights;
-  std::optional<double> scale;  // of presets only
-  std::optional<double> pixel_noise, outliers;
-  std::optional<double> start_rotation, start_position, start_focal, start_point;
 };
-
-struct Recipe {
-  scenes::Scene scene;
-  scenes::NoiseOptions noise;
-  scenes::StartOptions start;
-};
-
-std::optional<scenes::Kind> kind_of(const std::string& word) {
-  for (const scenes::Kind kind : scenes::all_kinds) {
-    if (word == scenes::name(kind)) return kind;
-  }
-  return std::nullopt;
-}
-
-template <class Value>
-void take(const std::optional<Value>& given, Value& value) {
-  if (given) value = *given;
-}
-
-template <class Value>
-void refuse(const std::string& option, const std::optional<Value>& given, const std::string& why) {
-  if (given) throw OptionError(option + " has no effect: " + why);
-}
-
-template <class KindOptions>
-void take_counts(const Arguments& arguments, KindOptions& options) {
-  options.seed = arguments.seed;
-  take(arguments.cameras, options.cameras);
-  take(arguments.points, options.points);
-  take(arguments.observations, options.observations);
-}
-
-/// Options of one kind of scene only. `given`: none for a preset.
-void check_kind_options(const Arguments& arguments, std::optional<scenes::Kind> given) {
-  using scenes::Kind;
-  const auto only_for = [&](Kind kind, const char* option, const auto& value) {
-    if (given == kind) return;
-    refuse(option, value,
-           given ? std::string("it is for the kind ") + scenes::name(kind)
-                 : arguments.what + " is a preset, which fixes all of the scene but its size");
-  };
-  only_for(Kind::sphere, "--region", arguments.region);
-  only_for(Kind::street, "--far", arguments.far_share);
-  only_for(Kind::street, "--lap", arguments.lap);
-  only_for(Kind::aerial, "--height", arguments.height);
-  only_for(Kind::photos, "--sights", arguments.sights);
-}
-
-scenes::Scene scene_of(const Arguments& arguments, scenes::Kind kind) {
-  check_kind_options(arguments, kind);
-  refuse("--scale", arguments.scale, "only presets have a size of their own");
-  switch (kind) {
-    case scenes::Kind::sphere: {
-      if (arguments.observations.value_or(0) != 0) {
-        refuse("--region", arguments.region, "--observations decides what it is");
-      }
-      scenes::SphereOptions options;
-      take_counts(arguments, options);
-      take(arguments.region, options.region);
-      return scenes::sphere_scene(options);
-    }
-    case scenes::Kind::street: {
-      scenes::StreetOptions options;
-      take_counts(arguments, options);
-      take(arguments.far_share, options.far_share);
-      take(arguments.lap, options.lap);
-      return scenes::street_scene(options);
-    }
-    case scenes::Kind::aerial: {
-      scenes::AerialOptions options;
-      take_counts(arguments, options);
-      take(arguments.height, options.height);
-      return scenes::aerial_scene(options);
-    }
-    case scenes::Kind::photos:
-      break;
-  }
-  scenes::PhotosOptions options;
-  take_counts(arguments, options);
-  take(arguments.sights, options.sights);
-  return scenes::photos_scene(options);
-}
-
-std::string kind_names() {
-  std::string names;
-  for (const scenes::Kind kind : scenes::all_kinds) {
-    names += (names.empty() ? "" : ", ") + std::string(scenes::name(kind));
-  }
-  return names;
-}
-
-std::string preset_names() {
-  std::string names;
-  for (const scenes::Preset& each : scenes::presets()) {
-    names += (names.empty() ? "" : ", ") + each.name;
-  }
-  return names;
-}
-
-void check_preset(const std::string& what) {
-  for (const scenes::Preset& each : scenes::presets()) {
-    if (each.name == what) return;
-  }
-  throw OptionError("'" + what + "' is neither a kind (" + kind_names() + ") nor a preset (" +
-                    preset_names() + ")");
-}
-
-Recipe preset_recipe(const Arguments& arguments) {
-  check_preset(arguments.what);
-  const std::string why = arguments.what + " has counts of its own; --scale changes them";
-  refuse("--cameras", arguments.cameras, why);
-  refuse("--points", arguments.points, why);
-  refuse("--observations", arguments.observations, why);
-  check_kind_options(arguments, std::nullopt);
-  const scenes::Preset preset =
-      scenes::resized(scenes::preset(arguments.what), arguments.scale.value_or(1));
-  return {scenes::preset_scene(preset, arguments.seed), preset.noise, preset.start};
-}
-
-Recipe recipe_of(const Arguments& arguments) {
-  const auto kind = kind_of(arguments.what);
-  Recipe recipe = kind ? Recipe{scene_of(arguments, *kind), {}, {}} : preset_recipe(arguments);
-  recipe.noise.seed = recipe.start.seed = arguments.noise_seed.value_or(arguments.seed);
-  take(arguments.pixel_noise, recipe.noise.pixel_noise);
-  take(arguments.outliers, recipe.noise.outlier_share);
-  take(arguments.start_rotation, recipe.start.rotation);
-  take(arguments.start_position, recipe.start.position);
-  take(arguments.start_focal, recipe.start.focal);
-  take(arguments.start_point, recipe.start.point);
-  return recipe;
-}
 
 /// ("scene.txt", "truth") -> "scene.truth.txt"; nothing beside standard output.
 std::string beside(const std::string& output, const std::string& what) {
@@ -195,7 +55,8 @@ struct Outputs {
 Outputs outputs_of(const Arguments& arguments) {
   Outputs outputs = {arguments.output, arguments.truth, ""};
   if (outputs.truth.empty()) outputs.truth = beside(arguments.output, "truth");
-  if (arguments.outliers.value_or(0) > 0) outputs.outliers = beside(arguments.output, "outliers");
+  if (arguments.scene.outliers.value_or(0) > 0)
+    outputs.outliers = beside(arguments.output, "outliers");
   return outputs;
 }
 
@@ -221,7 +82,7 @@ void write_outliers(const std::string& output, const std::vector<std::int64_t>& 
 /// What is legal but deserves attention, and counts that the geometry could not give.
 void warn(const Arguments& arguments, const StructureStatistics& structure) {
   std::vector<std::string> sentences = warnings(structure);
-  const std::int64_t asked = arguments.observations.value_or(0);
+  const std::int64_t asked = arguments.scene.observations.value_or(0);
   if (asked != 0 && asked != structure.observations) {
     sentences.push_back(std::to_string(structure.observations) + " observations instead of " +
                         std::to_string(asked) + ": the geometry does not give as many");
@@ -259,7 +120,7 @@ ExitCode run(const Arguments& arguments) {
   Problem start;
   scenes::NoisyProblem noisy;
   try {
-    Recipe recipe = recipe_of(arguments);
+    SceneRecipe recipe = recipe_of(arguments.scene);
     noisy = scenes::add_noise(recipe.scene, recipe.noise);
     recipe.scene = {};  // the largest presets take a GB
     start = scenes::perturb(noisy.problem, recipe.start);
@@ -274,8 +135,8 @@ ExitCode run(const Arguments& arguments) {
 
   const StructureStatistics structure = structure_statistics(start);
   warn(arguments, structure);
-  const std::string title =
-      arguments.what + ", seed " + std::to_string(arguments.seed) + ": " + arguments.output;
+  const std::string title = arguments.scene.what + ", seed " +
+                            std::to_string(arguments.scene.seed) + ": " + arguments.output;
   const std::string text = report(title, structure, start, noisy, outputs);
   if (outputs.problem == "-" || outputs.truth == "-") {
     std::fputs(text.c_str(), stderr);
@@ -306,48 +167,48 @@ void add_scene_options(CLI::App& parser, Arguments& arguments) {
             [option, &seed](const std::string& text) { seed = parse_seed(option, text); }, help)
         ->type_name("N");
   };
-  add_seed("seed", "Seed of scene, noise and start [1]", arguments.seed);
+  add_seed("seed", "Seed of scene, noise and start [1]", arguments.scene.seed);
   add_seed("noise-seed",
            "Seed of noise and start, for the same scene with others [that of the scene]",
-           arguments.noise_seed);
+           arguments.scene.noise_seed);
   parser
-      .add_option("--cameras", arguments.cameras,
+      .add_option("--cameras", arguments.scene.cameras,
                   "Number of cameras, at least 2" + by_kind([](auto o) { return o.cameras; }))
       ->type_name("N");
   parser
-      .add_option("--points", arguments.points,
+      .add_option("--points", arguments.scene.points,
                   "Number of points, at least 1" + by_kind([](auto o) { return o.points; }))
       ->type_name("N");
   parser
-      .add_option("--observations", arguments.observations,
+      .add_option("--observations", arguments.scene.observations,
                   "Number of observations; 0: what the geometry gives [0]")
       ->type_name("N");
   parser
       .add_option(
-          "--region", arguments.region,
+          "--region", arguments.scene.region,
           "sphere: cameras stand within this angle of one direction, radians,\n0 to pi [0.6]")
       ->type_name("X");
   parser
-      .add_option("--far", arguments.far_share,
+      .add_option("--far", arguments.scene.far_share,
                   "street: share of the features, 0 to 1, that are far ahead [0.1]")
       ->type_name("X");
   parser
       .add_option(
-          "--lap", arguments.lap,
+          "--lap", arguments.scene.lap,
           "street: steps round the block until the way repeats, a multiple of 4\nfrom 160; 0: no "
           "loop [0]")
       ->type_name("N");
   parser
-      .add_option("--height", arguments.height,
+      .add_option("--height", arguments.scene.height,
                   "aerial: of the flight, in distances between images; the higher, the less "
                   "parallax;\n1 to 1e+06 [20]")
       ->type_name("X");
   parser
-      .add_option("--sights", arguments.sights,
+      .add_option("--sights", arguments.scene.sights,
                   "photos: number of sights; 0: one per 60 cameras [0]")
       ->type_name("N");
   parser
-      .add_option("--scale", arguments.scale,
+      .add_option("--scale", arguments.scene.scale,
                   "Presets: multiply the counts by this, 1e-06 to 10 [1]")
       ->type_name("X");
 }
@@ -356,19 +217,19 @@ void add_noise_options(CLI::App& parser, Arguments& arguments) {
   const auto add = [&parser](const char* name, std::optional<double>& value, const char* help) {
     parser.add_option(name, value, help)->type_name("X");
   };
-  add("--pixel-noise", arguments.pixel_noise,
+  add("--pixel-noise", arguments.scene.pixel_noise,
       "Standard deviation of the observations, pixels, from 0 [1]");
-  add("--outliers", arguments.outliers,
+  add("--outliers", arguments.scene.outliers,
       "Share of the observations, 0 to 1, that are wrong; which, says a file\n"
       "named as OUT with .outliers before its ending [0]");
-  add("--start-rotation", arguments.start_rotation,
+  add("--start-rotation", arguments.scene.start_rotation,
       "Deviation of the starting rotation vectors, radians, from 0 [0.002, presets: their own]");
-  add("--start-position", arguments.start_position,
+  add("--start-position", arguments.scene.start_position,
       "... of the camera centres, relative to the depth of what they see [0.004, presets: their "
       "own]");
-  add("--start-focal", arguments.start_focal,
+  add("--start-focal", arguments.scene.start_focal,
       "... of the focal lengths, relative, 0 to 0.25 [0.01, presets: their own]");
-  add("--start-point", arguments.start_point,
+  add("--start-point", arguments.scene.start_point,
       "... of the points, relative to their depth in the nearest camera [0.004, presets: their "
       "own]");
 }
@@ -379,7 +240,7 @@ Command add_generate(CLI::App& program) {
   CLI::App* parser =
       program.add_subcommand("generate", "Make a synthetic scene, with its truth beside it");
   auto arguments = std::make_shared<Arguments>();
-  parser->add_option("SCENE", arguments->what, what_help())->type_name("")->required();
+  parser->add_option("SCENE", arguments->scene.what, what_help())->type_name("")->required();
   parser
       ->add_option("-o,--output", arguments->output,
                    "Write the problem to solve here, as BAL; - is standard output")

@@ -108,6 +108,7 @@ Json summary_json(const SolveRecord& record) {
                {"rejected", iterations - summary.accepted},
                {"inner_iterations", summary.inner_iterations},
                {"linear_solves", summary.linear_solves},
+               {"regularised", summary.regularised},
                {"linear_solver", summary.linear_solver},
                {"seconds", seconds_json(record)},
                {"peak_rss_bytes", peak_memory()},
