@@ -3,71 +3,72 @@
 namespace raybundle::linalg {
 namespace {
 
-RowShape row_shape(const BlockLayout& layout) {
-  return layout.several_parts() ? RowShape::several_parts : RowShape::one_part;
-}
-
 template <class T>
 const T* data_or_null(const std::vector<T>& list) {
   return list.empty() ? nullptr : list.data();
-}
-
-PartsView parts_view(const RowParts& parts) {
-  return {
-      data_or_null(parts.leaf_rows), data_or_null(parts.row_parts),      data_or_null(parts.row),
-      data_or_null(parts.hub),       data_or_null(parts.coupling_begin), data_or_null(parts.list)};
 }
 
 }  // namespace
 
 BlockJacobian::BlockJacobian(const BlockLayout& block_layout)
     : layout(&block_layout),
-      hub_blocks(index(layout->part_count() * layout->row_size * layout->hub_size)),
-      leaf_blocks(index(layout->residuals() * layout->leaf_size)) {}
+      hub_blocks(index(layout->residuals() * layout->hub_size)),
+      leaf_blocks(index(layout->residuals() * layout->leaf_size)),
+      anchor_blocks(index(layout->anchors() * layout->leaf_size * layout->hub_size)) {}
 
 const BlockKernels& block_kernels(const BlockLayout& layout) {
-  return block_kernels(row_shape(layout), layout.row_size, layout.hub_size, layout.leaf_size);
+  return block_kernels(layout.anchored(), layout.row_size, layout.hub_size, layout.leaf_size);
 }
 
 const EliminationKernels& elimination_kernels(const BlockLayout& layout, Side eliminated) {
-  return elimination_kernels(row_shape(layout), layout.row_size,
+  return elimination_kernels(layout.anchored(), layout.row_size,
                              layout.block_size(opposite(eliminated)),
                              layout.block_size(eliminated));
 }
 
 SideView side_view(const BlockLayout& layout, Side side) {
   const Incidence& incidence = layout.incidence(side);
-  return {
-      incidence.begin.data(), data_or_null(incidence.list),       data_or_null(incidence.position),
-      incidence.block.data(), data_or_null(layout.coupling_rows), parts_view(layout.parts)};
+  return {incidence.begin.data(), data_or_null(incidence.list), data_or_null(incidence.position),
+          incidence.block.data(), data_or_null(layout.coupling_rows)};
+}
+
+AnchorView anchor_view(const BlockJacobian& J) {
+  const Anchorage& anchorage = J.layout->anchorage;
+  return {data_or_null(anchorage.begin), data_or_null(anchorage.coupling),
+          data_or_null(anchorage.anchor), data_or_null(J.anchor_blocks)};
+}
+
+JacobianView view(const BlockJacobian& J) {
+  return {side_view(*J.layout, Side::hubs), side_view(*J.layout, Side::leaves), J.hub_blocks.data(),
+          J.leaf_blocks.data(), anchor_view(J)};
 }
 
 void multiply(const BlockJacobian& J, const double* x, double* u, ThreadPool& pool) {
   const BlockLayout& layout = *J.layout;
-  const SideView hubs = side_view(layout, Side::hubs);
-  const SideView leaves = side_view(layout, Side::leaves);
   const double* x_leaf = x + layout.offset(Side::leaves);
   for_blocks(layout, Side::leaves, pool, [&](std::int64_t first, std::int64_t last) {
-    block_kernels(layout).multiply(leaves, hubs, J.hub_blocks.data(), J.leaf_blocks.data(), x,
-                                   x_leaf, first, last, u);
+    block_kernels(layout).multiply(view(J), x, x_leaf, first, last, u);
   });
 }
 
-void transpose_multiply(const BlockJacobian& J, Side side, const double* u, double* y,
-                        ThreadPool& pool) {
-  const BlockLayout& layout = *J.layout;
-  const SideView view = side_view(layout, side);
-  const BlockKernels& kernels = block_kernels(layout);
-  const auto kernel =
-      side == Side::hubs ? kernels.transpose_multiply_hubs : kernels.transpose_multiply_leaves;
-  for_blocks(layout, side, pool, [&](std::int64_t first, std::int64_t last) {
-    kernel(view, J.blocks(side), u, first, last, y);
+void transpose_multiply_leaves(const BlockJacobian& J, const double* u, double* y,
+                               ThreadPool& pool) {
+  for_blocks(*J.layout, Side::leaves, pool, [&](std::int64_t first, std::int64_t last) {
+    block_kernels(*J.layout).transpose_multiply_leaves(view(J), u, first, last, y);
+  });
+}
+
+void transpose_multiply_hubs(const BlockJacobian& J, const double* u, const double* w, double* y,
+                             ThreadPool& pool) {
+  for_blocks(*J.layout, Side::hubs, pool, [&](std::int64_t first, std::int64_t last) {
+    block_kernels(*J.layout).transpose_multiply_hubs(view(J), u, w, first, last, y);
   });
 }
 
 void transpose_multiply(const BlockJacobian& J, const double* u, double* y, ThreadPool& pool) {
-  transpose_multiply(J, Side::hubs, u, y, pool);
-  transpose_multiply(J, Side::leaves, u, y + J.layout->offset(Side::leaves), pool);
+  double* of_leaves = y + J.layout->offset(Side::leaves);
+  transpose_multiply_leaves(J, u, of_leaves, pool);
+  transpose_multiply_hubs(J, u, of_leaves, y, pool);
 }
 
 }  // namespace raybundle::linalg

@@ -12,9 +12,10 @@ namespace raybundle::linalg {
 struct BlockJacobian {
   explicit BlockJacobian(const BlockLayout& block_layout);
 
-  const BlockLayout* layout;        ///< outlives this
-  std::vector<double> hub_blocks;   ///< parts x (row_size x hub_size), row-major
-  std::vector<double> leaf_blocks;  ///< rows x (row_size x leaf_size), row-major
+  const BlockLayout* layout;          ///< outlives this
+  std::vector<double> hub_blocks;     ///< rows x (row_size x hub_size), row-major
+  std::vector<double> leaf_blocks;    ///< rows x (row_size x leaf_size), row-major
+  std::vector<double> anchor_blocks;  ///< Z: anchors x (leaf_size x hub_size), row-major
 
   const double* blocks(Side side) const {
     return side == Side::hubs ? hub_blocks.data() : leaf_blocks.data();
@@ -25,18 +26,24 @@ struct BlockJacobian {
 const BlockKernels& block_kernels(const BlockLayout& layout);
 const EliminationKernels& elimination_kernels(const BlockLayout& layout, Side eliminated);
 
-/// The couplings of one side in the form kernels take.
+/// What kernels take.
 SideView side_view(const BlockLayout& layout, Side side);
+AnchorView anchor_view(const BlockJacobian& J);
+JacobianView view(const BlockJacobian& J);
 
 /// u = J x; x has layout.unknowns() entries, u layout.residuals().
 void multiply(const BlockJacobian& J, const double* x, double* u, ThreadPool& pool);
 
-/// y = J^T u.
+/// y = J^T u, all unknowns.
 void transpose_multiply(const BlockJacobian& J, const double* u, double* y, ThreadPool& pool);
 
-/// y = J_side^T u, for one side only.
-void transpose_multiply(const BlockJacobian& J, Side side, const double* u, double* y,
-                        ThreadPool& pool);
+/// y = J_leaf^T u, the leaves alone.
+void transpose_multiply_leaves(const BlockJacobian& J, const double* u, double* y,
+                               ThreadPool& pool);
+/// y = J_hub^T u + Z^T w by hub, with w given by leaf (not used without anchors): w = J_leaf^T u
+/// makes it the hubs' part of J^T u.
+void transpose_multiply_hubs(const BlockJacobian& J, const double* u, const double* w, double* y,
+                             ThreadPool& pool);
 
 /// Calls body(first, last) over the blocks of a side, in parallel.
 template <class Body>

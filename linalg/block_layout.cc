@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <numeric>
+#include <stdexcept>
+#include <string>
 
 namespace raybundle::linalg {
 namespace {
@@ -37,39 +39,18 @@ Incidence hub_incidence(std::int64_t hubs, std::vector<std::int32_t> block) {
   return side;
 }
 
-BlockLayout sized_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves,
-                         std::size_t rows) {
-  BlockLayout layout;
-  layout.row_size = sizes.row;
-  layout.hub_size = sizes.hub;
-  layout.leaf_size = sizes.leaf;
-  layout.rows = static_cast<std::int64_t>(rows);
-  layout.hubs = hubs;
-  layout.leaves = leaves;
-  return layout;
-}
-
-void couple(BlockLayout& layout, std::vector<std::int32_t> leaf, std::vector<std::int32_t> hub) {
-  layout.couplings = static_cast<std::int64_t>(leaf.size());
-  layout.leaf_side = leaf_incidence(layout.leaves, std::move(leaf));
-  layout.hub_side = hub_incidence(layout.hubs, std::move(hub));
-}
-
-std::vector<std::int64_t> rows_of_parts(const std::vector<std::int64_t>& row_parts) {
-  std::vector<std::int64_t> row(index(row_parts.back()));
-  for (std::size_t r = 0; r + 1 < row_parts.size(); ++r) {
-    std::fill(row.begin() + row_parts[r], row.begin() + row_parts[r + 1],
-              static_cast<std::int64_t>(r));
-  }
-  return row;
-}
-
 }  // namespace
 
 BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves,
                         const std::vector<std::int32_t>& row_leaf,
                         const std::vector<std::int32_t>& row_hub) {
-  BlockLayout layout = sized_layout(sizes, hubs, leaves, row_leaf.size());
+  BlockLayout layout;
+  layout.row_size = sizes.row;
+  layout.hub_size = sizes.hub;
+  layout.leaf_size = sizes.leaf;
+  layout.rows = static_cast<std::int64_t>(row_leaf.size());
+  layout.hubs = hubs;
+  layout.leaves = leaves;
   std::vector<std::int32_t> leaf, hub;
   leaf.reserve(row_leaf.size());
   hub.reserve(row_leaf.size());
@@ -82,41 +63,32 @@ BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves
   }
   layout.coupling_rows.push_back(layout.rows);
   if (leaf.size() == row_leaf.size()) layout.coupling_rows = {};
-  couple(layout, std::move(leaf), std::move(hub));
+  layout.couplings = static_cast<std::int64_t>(leaf.size());
+  layout.leaf_side = leaf_incidence(leaves, std::move(leaf));
+  layout.hub_side = hub_incidence(hubs, std::move(hub));
   return layout;
 }
 
-// The couplings of a leaf are the distinct hubs of its parts. Sorting those parts by hub, in their
-// own order within a hub, puts the parts of each coupling next to one another.
-BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves,
-                        const std::vector<std::int32_t>& row_leaf,
-                        std::vector<std::int64_t> row_parts, std::vector<std::int32_t> part_hub) {
-  BlockLayout layout = sized_layout(sizes, hubs, leaves, row_leaf.size());
-  RowParts& parts = layout.parts;
-  parts.leaf_rows = begins(leaves, row_leaf);
-  parts.row = rows_of_parts(row_parts);
-  parts.row_parts = std::move(row_parts);
-  parts.hub = std::move(part_hub);
-  parts.list.resize(parts.hub.size());
-  std::iota(parts.list.begin(), parts.list.end(), 0);
-
-  std::vector<std::int32_t> leaf, hub;
-  for (std::int64_t l = 0; l < leaves; ++l) {
-    const std::int64_t first = parts.row_parts[index(parts.leaf_rows[index(l)])];
-    const std::int64_t last = parts.row_parts[index(parts.leaf_rows[index(l + 1)])];
-    std::stable_sort(parts.list.begin() + first, parts.list.begin() + last,
-                     [&](auto a, auto b) { return parts.hub[index(a)] < parts.hub[index(b)]; });
-    for (std::int64_t k = first; k < last; ++k) {
-      const std::int32_t at = parts.hub[index(parts.list[index(k)])];
-      if (k > first && hub.back() == at) continue;
-      parts.coupling_begin.push_back(k);
-      leaf.push_back(static_cast<std::int32_t>(l));
-      hub.push_back(at);
+void anchor_leaves(BlockLayout& layout, const std::vector<LeafAnchors>& anchors) {
+  Anchorage& anchorage = layout.anchorage;
+  anchorage = {{0}, {}, std::vector<std::int64_t>(index(layout.couplings), -1)};
+  const std::vector<std::int64_t>& begin = layout.leaf_side.begin;
+  const std::vector<std::int32_t>& hub = layout.hub_side.block;
+  for (std::size_t l = 0; l < anchors.size(); ++l) {
+    for (const std::int32_t anchor : anchors[l]) {
+      if (anchor < 0) continue;
+      const auto first = hub.begin() + begin[l], last = hub.begin() + begin[l + 1];
+      const auto found = std::lower_bound(first, last, anchor);
+      if (found == last || *found != anchor) {
+        throw std::invalid_argument("leaf " + std::to_string(l) + " has no row of its anchor " +
+                                    std::to_string(anchor));
+      }
+      const std::int64_t coupling = found - hub.begin();
+      anchorage.anchor[index(coupling)] = layout.anchors();
+      anchorage.coupling.push_back(coupling);
     }
+    anchorage.begin.push_back(layout.anchors());
   }
-  parts.coupling_begin.push_back(layout.part_count());
-  couple(layout, std::move(leaf), std::move(hub));
-  return layout;
 }
 
 }  // namespace raybundle::linalg

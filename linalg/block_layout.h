@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -7,11 +8,13 @@
 ///   row       a few residuals that belong together (one observation)
 ///   leaf      a small block of unknowns; its rows are stored together (a point)
 ///   hub       a block of unknowns that many leaves share (a camera)
-///   part      what a row has of a hub: a block of the Jacobian. A row has one part, or several (a
-///             point that is anchored in other cameras than the one that sees it)
 ///   coupling  a (leaf, hub) pair that shares at least one row; it has one block of E
-/// The normal equations are H = [B E; E^T C] with B the hubs and C the leaves [Qu18, Eq. 3.45]. C
-/// is block diagonal; so is B, unless rows have several parts.
+///   anchor    a coupling by which the hub also moves the whole leaf: all rows of the leaf feel a
+///             step x of the hub as if the leaf itself had taken the step Z x (a point that is
+///             described from a camera)
+/// A row of leaf l and hub h is J_hub x_h + J_leaf (x_l + sum of Z x over the anchors of l). The
+/// normal equations are H = [B E; E^T C] with B the hubs and C the leaves [Qu18, Eq. 3.45]. C is
+/// block diagonal; so is B, unless there are anchors.
 /// Vectors of unknowns hold all hubs, then all leaves.
 namespace raybundle::linalg {
 
@@ -30,14 +33,11 @@ struct Incidence {
   std::vector<std::int32_t> block;     ///< of a coupling
 };
 
-/// The parts of rows that have several. Parts are numbered row by row, within a row by hub.
-struct RowParts {
-  std::vector<std::int64_t> leaf_rows;       ///< rows of leaf l: [l] .. [l + 1]
-  std::vector<std::int64_t> row_parts;       ///< parts of row r: [r] .. [r + 1]
-  std::vector<std::int64_t> row;             ///< of a part
-  std::vector<std::int32_t> hub;             ///< of a part
-  std::vector<std::int64_t> coupling_begin;  ///< parts of coupling c: list[[c]] .. list[[c + 1]]
-  std::vector<std::int64_t> list;
+/// The anchors of leaves, numbered leaf by leaf.
+struct Anchorage {
+  std::vector<std::int64_t> begin;     ///< anchors of leaf l: [l] .. [l + 1]; empty: none at all
+  std::vector<std::int64_t> coupling;  ///< of an anchor
+  std::vector<std::int64_t> anchor;    ///< of a coupling; -1: it is none
 };
 
 /// Sizes and sparsity of a block-sparse Jacobian; built once per problem.
@@ -50,9 +50,9 @@ struct BlockLayout {
   std::int64_t leaves = 0;
   std::int64_t couplings = 0;
 
-  /// Rows of coupling c: [c] .. [c + 1]; empty: row c. Not used when rows have several parts.
+  /// Rows of coupling c: [c] .. [c + 1]; empty: row c.
   std::vector<std::int64_t> coupling_rows;
-  RowParts parts;  ///< empty while part p is all of row p
+  Anchorage anchorage;
   Incidence hub_side;
   Incidence leaf_side;
 
@@ -63,8 +63,8 @@ struct BlockLayout {
   std::int64_t offset(Side side) const { return side == Side::hubs ? 0 : size(Side::hubs); }
   std::int64_t unknowns() const { return size(Side::hubs) + size(Side::leaves); }
   std::int64_t residuals() const { return rows * row_size; }
-  bool several_parts() const { return !parts.row_parts.empty(); }
-  std::int64_t part_count() const { return several_parts() ? parts.row_parts.back() : rows; }
+  bool anchored() const { return !anchorage.begin.empty(); }
+  std::int64_t anchors() const { return static_cast<std::int64_t>(anchorage.coupling.size()); }
 };
 
 /// Sizes of the three kinds of block.
@@ -80,10 +80,11 @@ BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves
                         const std::vector<std::int32_t>& row_leaf,
                         const std::vector<std::int32_t>& row_hub);
 
-/// The same for rows of several parts, or of none: row r has hubs part_hub[row_parts[r]] ..
-/// part_hub[row_parts[r + 1]], ascending and distinct. Rows must be sorted by leaf.
-BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves,
-                        const std::vector<std::int32_t>& row_leaf,
-                        std::vector<std::int64_t> row_parts, std::vector<std::int32_t> part_hub);
+/// Hubs that anchor a leaf, each once; -1: none.
+using LeafAnchors = std::array<std::int32_t, 2>;
+
+/// Makes the given couplings of every leaf anchors. Throws std::invalid_argument where a leaf has
+/// no row of its anchor.
+void anchor_leaves(BlockLayout& layout, const std::vector<LeafAnchors>& anchors);
 
 }  // namespace raybundle::linalg

@@ -1,5 +1,7 @@
 #include <raybundle/linalg/full_system.h>
 
+#include <Eigen/Core>
+
 #include <algorithm>
 
 namespace raybundle::linalg {
@@ -23,19 +25,19 @@ void FullSystem::apply(const double* x, double* y) {
 
 void FullSystem::expand(const double* x, double* step) { std::copy_n(x, size(), step); }
 
-// The hubs after a that have parts of the same rows.
+// The hubs after a that share a leaf with a, one of both being its anchor.
 std::vector<std::int32_t> FullSystem::hub_neighbours(std::int64_t a) const {
   std::vector<std::int32_t> found;
-  if (!layout_.several_parts()) return found;
-  const RowParts& parts = layout_.parts;
+  if (!layout_.anchored()) return found;
   const Incidence& hubs = layout_.hub_side;
+  const Incidence& leaves = layout_.leaf_side;
+  const std::vector<std::int64_t>& anchor = layout_.anchorage.anchor;
   for (std::int64_t p = hubs.begin[index(a)]; p < hubs.begin[index(a + 1)]; ++p) {
     const std::int64_t c = hubs.list[index(p)];
-    for (std::int64_t k = parts.coupling_begin[index(c)]; k < parts.coupling_begin[index(c + 1)];
-         ++k) {
-      const std::int64_t part = parts.list[index(k)];
-      const std::int64_t end = parts.row_parts[index(parts.row[index(part)]) + 1];
-      found.insert(found.end(), parts.hub.begin() + part + 1, parts.hub.begin() + end);
+    const std::int64_t end = leaves.begin[index(leaves.block[index(c)]) + 1];
+    for (std::int64_t other = c + 1; other < end; ++other) {
+      const bool anchored = anchor[index(c)] >= 0 || anchor[index(other)] >= 0;
+      if (anchored) found.push_back(hubs.block[index(other)]);
     }
   }
   std::sort(found.begin(), found.end());
@@ -105,18 +107,52 @@ void FullSystem::write_couplings(SymmetricBlocks& A) const {
   });
 }
 
-void FullSystem::add_hub_products(SymmetricBlocks& A) const {
-  const EliminationKernels& kernels = elimination_kernels(layout_, Side::leaves);
-  if (kernels.add_products == nullptr) return;
+// Row a, column b of A, scalar by scalar in row-major steps of the stride.
+double* FullSystem::block(SymmetricBlocks& A, std::int64_t a, std::int64_t b) const {
   const SymmetricPattern& pattern = A.pattern();
-  std::vector<std::int32_t> slot(index(layout_.hubs));
-  for (std::int64_t a = 0; a < layout_.hubs; ++a) {
-    for (std::int64_t p = pattern.row_begin[index(a)]; p < pattern.row_begin[index(a + 1)]; ++p) {
-      const std::int32_t b = pattern.column[index(p)];
-      if (b >= layout_.hubs) break;
-      slot[index(b)] = static_cast<std::int32_t>(A.block_shift(p) / layout_.hub_size);
+  const auto first = pattern.column.begin() + pattern.row_begin[index(a)];
+  const auto last = pattern.column.begin() + pattern.row_begin[index(a + 1)];
+  const auto found = std::lower_bound(first, last, static_cast<std::int32_t>(b));
+  return A.row(a) + A.block_shift(found - pattern.column.begin());
+}
+
+// With E and C of one leaf, what its anchors add beside the diagonal of B is, of hubs a < b,
+//   E_a Z_b + Z_a^T E_b^T + Z_a^T C Z_b = F_a Z_b + Z_a^T F_b^T,  F = E + 1/2 Z^T C,
+// and what they add to E is Z^T C.
+void FullSystem::add_anchors(SymmetricBlocks& A) const {
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  using Strided = Eigen::Map<Matrix, 0, Eigen::OuterStride<>>;
+  const int hub = layout_.hub_size, leaf = layout_.leaf_size;
+  const auto at = [&](std::int64_t a, std::int64_t b, int columns) {
+    return Strided(block(A, a, b), hub, columns, Eigen::OuterStride<>(A.stride(a)));
+  };
+  std::vector<Matrix> F, Z;
+  for (std::int64_t l = 0; layout_.anchored() && l < layout_.leaves; ++l) {
+    const std::int64_t first = layout_.leaf_side.begin[index(l)];
+    const std::int64_t last = layout_.leaf_side.begin[index(l + 1)];
+    const Eigen::Map<const Matrix> C(at_.normal->C.data() + l * leaf * leaf, leaf, leaf);
+    F.clear(), Z.clear();
+    for (std::int64_t c = first; c < last; ++c) {
+      const std::int64_t anchor = layout_.anchorage.anchor[index(c)];
+      Z.push_back(Matrix::Zero(leaf, hub));
+      if (anchor >= 0) {
+        Z.back() =
+            Eigen::Map<const Matrix>(at_.J->anchor_blocks.data() + anchor * leaf * hub, leaf, hub);
+      }
+      auto E = at(layout_.hub_side.block[index(c)], layout_.hubs + l, leaf);
+      const Matrix ZC = Z.back().transpose() * C;
+      F.push_back(E + 0.5 * ZC);
+      E += ZC;
     }
-    kernels.add_products(view(), a, {A.row(a), A.stride(a), slot.data()});
+    for (std::int64_t c = first; c < last; ++c) {
+      for (std::int64_t other = c + 1; other < last; ++other) {
+        const auto& anchor = layout_.anchorage.anchor;
+        if (anchor[index(c)] < 0 && anchor[index(other)] < 0) continue;
+        const std::size_t i = index(c - first), j = index(other - first);
+        at(layout_.hub_side.block[index(c)], layout_.hub_side.block[index(other)], hub) +=
+            F[i] * Z[j] + Z[i].transpose() * F[j].transpose();
+      }
+    }
   }
 }
 
@@ -125,7 +161,7 @@ void FullSystem::assemble(SymmetricBlocks& A, double* v) {
   write_diagonal(A, Side::hubs);
   write_diagonal(A, Side::leaves);
   write_couplings(A);
-  add_hub_products(A);
+  add_anchors(A);
 }
 
 void FullSystem::diagonal_blocks(Blocks /*which: nothing is eliminated*/, DiagonalBlocks& out) {

@@ -24,7 +24,8 @@ class FullSystem final : public ReducedSystem {
   std::vector<std::int32_t> hub_neighbours(std::int64_t a) const;
   void write_diagonal(SymmetricBlocks& A, Side side) const;
   void write_couplings(SymmetricBlocks& A) const;
-  void add_hub_products(SymmetricBlocks& A) const;
+  double* block(SymmetricBlocks& A, std::int64_t a, std::int64_t b) const;
+  void add_anchors(SymmetricBlocks& A) const;
 
   const BlockLayout& layout_;
   ThreadPool& pool_;

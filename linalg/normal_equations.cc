@@ -8,18 +8,22 @@ NormalEquations::NormalEquations(const BlockLayout& block_layout)
     : layout(&block_layout),
       B(index(layout->size(Side::hubs) * layout->hub_size)),
       C(index(layout->size(Side::leaves) * layout->leaf_size)),
-      gradient(index(layout->unknowns())) {}
+      gradient(index(layout->unknowns())) {
+  if (!layout->anchored()) return;
+  own_B.resize(B.size());
+  own_gradient.resize(index(layout->size(Side::hubs)));
+}
 
 void NormalEquations::form(const BlockJacobian& J, const double* r, ThreadPool& pool) {
   const BlockKernels& kernels = block_kernels(*layout);
-  for (const Side side : {Side::leaves, Side::hubs}) {
-    const SideView view = side_view(*layout, side);
-    const bool hubs = side == Side::hubs;
-    const auto kernel = hubs ? kernels.normal_blocks_hubs : kernels.normal_blocks_leaves;
-    double* H = hubs ? B.data() : C.data();
-    double* g = gradient.data() + layout->offset(side);
+  const NormalView normal = {B.data(),        C.data(),
+                             gradient.data(), gradient.data() + layout->offset(Side::leaves),
+                             own_B.data(),    own_gradient.data()};
+  for (const Side side : {Side::leaves, Side::hubs}) {  // anchors take from their leaves
+    const auto kernel =
+        side == Side::hubs ? kernels.normal_blocks_hubs : kernels.normal_blocks_leaves;
     for_blocks(*layout, side, pool, [&](std::int64_t first, std::int64_t last) {
-      kernel(view, J.blocks(side), r, first, last, H, g);
+      kernel(view(J), r, first, last, normal);
     });
   }
 }

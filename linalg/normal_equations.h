@@ -7,12 +7,18 @@
 namespace raybundle::linalg {
 
 /// The gradient and the diagonal blocks of H = J^T J [Qu18, Eq. 3.42-3.47]. E is left in the
-/// Jacobian, and so is what B has beside its diagonal where rows have several parts.
+/// Jacobian, and so is what B has beside its diagonal where leaves are anchored.
 struct NormalEquations {
   explicit NormalEquations(const BlockLayout& layout);
 
-  /// g = J^T r, and the diagonal blocks of J_hub^T J_hub and of J_leaf^T J_leaf.
+  /// g = J^T r, and the diagonal blocks of J^T J.
   void form(const BlockJacobian& J, const double* r, ThreadPool& pool);
+
+  /// J_hub^T J_hub by hub and J_hub^T r, without what hubs do as anchors.
+  const double* own_blocks() const { return layout->anchored() ? own_B.data() : B.data(); }
+  const double* own_hub_gradient() const {
+    return layout->anchored() ? own_gradient.data() : gradient.data();
+  }
 
   const double* blocks(Side side) const { return side == Side::hubs ? B.data() : C.data(); }
 
@@ -26,6 +32,8 @@ struct NormalEquations {
   std::vector<double> B;         ///< hubs x (hub_size x hub_size), symmetric
   std::vector<double> C;         ///< leaves x (leaf_size x leaf_size), symmetric
   std::vector<double> gradient;  ///< hubs, then leaves
+  std::vector<double> own_B;     ///< hubs x (hub_size x hub_size); empty without anchors
+  std::vector<double> own_gradient;
 };
 
 }  // namespace raybundle::linalg

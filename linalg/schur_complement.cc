@@ -19,9 +19,9 @@ SchurComplement::SchurComplement(const BlockLayout& layout, Side eliminated, Thr
       M_(index(layout.size(eliminated) * layout.block_size(eliminated))),
       U_(index(layout.residuals() * layout.block_size(eliminated))),
       y_(index(layout.size(eliminated))) {
-  if (layout.several_parts()) {
-    W_.resize(index(layout.couplings * layout.hub_size * layout.leaf_size));
-  }
+  if (!layout.anchored()) return;
+  W_.resize(index(layout.couplings * layout.hub_size * layout.leaf_size));
+  leaves_.resize(index(layout.size(Side::leaves)));
 }
 
 EliminationView SchurComplement::view() {
@@ -29,10 +29,12 @@ EliminationView SchurComplement::view() {
           side_view(layout_, eliminated_),
           at_.J->blocks(kept_),
           at_.J->blocks(eliminated_),
+          damping(eliminated_),
           M_.data(),
           U_.data(),
           y_.data(),
-          W_.data()};
+          W_.data(),
+          anchor_view(*at_.J)};
 }
 
 void SchurComplement::prepare(const Linearization& at, const double* damping) {
@@ -80,8 +82,17 @@ void SchurComplement::transform() {
   });
 }
 
+const double* SchurComplement::own_gradient() const {
+  return kept_ == Side::hubs ? at_.normal->own_hub_gradient()
+                             : at_.normal->gradient.data() + offset();
+}
+
+const double* SchurComplement::own_blocks() const {
+  return kept_ == Side::hubs ? at_.normal->own_blocks() : at_.normal->blocks(kept_);
+}
+
 void SchurComplement::gradient(double* v) {
-  std::copy_n(at_.normal->gradient.data() + offset(), size(), v);
+  std::copy_n(own_gradient(), size(), v);
   for_blocks(layout_, kept_, pool_, [&](std::int64_t first, std::int64_t last) {
     kernels_.reduce_gradient(view(), first, last, v);
   });
@@ -90,9 +101,13 @@ void SchurComplement::gradient(double* v) {
 void SchurComplement::apply(const double* x, double* y) {
   rows_.resize(index(layout_.residuals()));
   for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
-    kernels_.project(view(), x, first, last, rows_.data());
+    kernels_.project(view(), x, first, last, rows_.data(), leaves_.data());
   });
-  transpose_multiply(*at_.J, kept_, rows_.data(), y, pool_);
+  if (kept_ == Side::hubs) {
+    transpose_multiply_hubs(*at_.J, rows_.data(), leaves_.data(), y, pool_);
+  } else {
+    transpose_multiply_leaves(*at_.J, rows_.data(), y, pool_);
+  }
   const double* d = damping(kept_);
   for (std::int64_t i = 0; i < size(); ++i) y[i] += d[i] * x[i];
 }
@@ -171,12 +186,12 @@ SymmetricPattern SchurComplement::pattern() const {
   return pattern;
 }
 
-// Block row a of its own: H_aa + D_a, and v_a = g_a.
+// What block row a has by its own rows, H_aa + D_a, and v_a = g_a.
 void SchurComplement::start_row(SymmetricBlocks& A, std::int64_t a, double* v) const {
   const int size = layout_.block_size(kept_);
-  const double* H = at_.normal->blocks(kept_) + a * size * size;
+  const double* H = own_blocks() + a * size * size;
   const double* d = damping(kept_) + a * size;
-  const double* g = at_.normal->gradient.data() + layout_.offset(kept_) + a * size;
+  const double* g = own_gradient() + a * size;
   A.set_zero(a);
   for (int i = 0; i < size; ++i) {
     double* row = A.row(a) + i * A.stride(a);
@@ -200,7 +215,6 @@ void SchurComplement::assemble(SymmetricBlocks& A, double* v) {
       }
       const BlockRowView row = {A.row(a), A.stride(a), slot};
       start_row(A, a, v);
-      if (kernels_.add_products != nullptr) kernels_.add_products(view(), a, row);
       kernels_.subtract_products(view(), a, row, v);
     }
   });
@@ -213,13 +227,13 @@ void SchurComplement::diagonal_blocks(Blocks which, DiagonalBlocks& out) {
   DiagonalBlocks::Run& run = out.runs.front();
   run.size = size;
   run.count = count;
-  const double* H = at_.normal->blocks(kept_);
   if (which == Blocks::undiminished) {
+    const double* H = at_.normal->blocks(kept_);
     run.values.assign(H, H + count * size * size);
   } else {
     run.values.resize(index(count * size * size));
     for_blocks(layout_, kept_, pool_, [&](std::int64_t first, std::int64_t last) {
-      kernels_.diagonal_blocks(view(), H, first, last, run.values.data());
+      kernels_.diagonal_blocks(view(), own_blocks(), first, last, run.values.data());
     });
   }
   const double* d = damping(kept_);

@@ -8,12 +8,12 @@ namespace raybundle::linalg {
 /// M M^T = (H_ee + D_e)^-1 block by block, U = J_e M and y = M^T g_e,
 ///   A = J_k^T P J_k + D_k,  P = I - U U^T,  v = g_k - J_k^T U y,
 /// for the implicit product as for the explicit matrix. U takes the place of the coupling blocks
-/// of E, which are never stored: it has the size of the eliminated Jacobian. Where rows have
-/// several parts hubs cannot be eliminated, their block of H not being block diagonal, and
-/// W = J_k^T U of each coupling is stored beside U: an anchor has a part of every row of its leaf.
+/// of E, which are never stored: it has the size of the eliminated Jacobian. Hubs that anchor
+/// leaves cannot be eliminated, their block of H not being block diagonal. Anchored leaves are
+/// eliminated as kernel_table.h says, with W by coupling beside U.
 class SchurComplement final : public ReducedSystem {
  public:
-  /// Throws std::invalid_argument for hubs to be eliminated from rows of several parts.
+  /// Throws std::invalid_argument for hubs to be eliminated that are anchors.
   SchurComplement(const BlockLayout& layout, Side eliminated, ThreadPool& pool);
 
   std::int64_t size() const override { return layout_.size(kept_); }
@@ -31,6 +31,8 @@ class SchurComplement final : public ReducedSystem {
 
  private:
   EliminationView view();
+  const double* own_gradient() const;
+  const double* own_blocks() const;
   void factor();
   void factor_deficient(const std::vector<std::int64_t>& blocks);
   void transform();
@@ -50,7 +52,8 @@ class SchurComplement final : public ReducedSystem {
   std::vector<double> M_;           // block by block
   std::vector<double> U_;           // row by row
   std::vector<double> y_;           // block by block
-  std::vector<double> W_;           // coupling by coupling
+  std::vector<double> W_;           // coupling by coupling; of anchored leaves
+  std::vector<double> leaves_;      // scratch of apply(), leaf by leaf; likewise
   std::vector<double> rows_;        // scratch of apply(), one number per residual
   std::vector<std::int32_t> slot_;  // per piece of work: kept block -> slot in a block row
   std::int64_t deficient_blocks_ = 0;

@@ -38,17 +38,27 @@ inline bool inverse_factor(const double* A, double tolerance, double* M) {
 }
 
 // What two couplings of an eliminated block subtract from the reduced matrix.
-template <int R, int K, int E, class Rows>
+template <int R, int K, int E, bool anchored>
 struct CouplingProducts;
 
 // From the rows themselves: cheaper than W while R < E, and a coupling has few rows, mostly one.
 template <int R, int K, int E>
-struct CouplingProducts<R, K, E, OneHub> {
+struct CouplingProducts<R, K, E, false> {
   [[gnu::always_inline]] static void form(const EliminationView& /*view*/, Index /*e*/) {}
 
   [[gnu::always_inline]] static void prefetch_coupling(const EliminationView& view, Index c) {
     prefetch<2 * R * K * 8>(view.J_kept + row_begin(view.kept, c) * R * K);
     prefetch<2 * R * E * 8>(view.U + row_begin(view.kept, c) * R * E);
+  }
+
+  // v -= J^T U y.
+  [[gnu::always_inline]] static void reduce(const EliminationView& view, Index e, Index c,
+                                            Row<K>& v) {
+    for_rows_of(view.kept, c, [&](Index row) {
+      for (Index k = row * R; k < (row + 1) * R; ++k) {
+        v.add(-Row<E>::dot(view.U + k * E, view.y + e * E), Row<K>::load(view.J_kept + k * K));
+      }
+    });
   }
 
   // A -= J_a^T U_a U_b^T J_b for one row of a and one of b.
@@ -71,28 +81,34 @@ struct CouplingProducts<R, K, E, OneHub> {
     }
   }
 
-  [[gnu::always_inline]] static void subtract(const EliminationView& view, Index c, Index other,
-                                              double* A, Index stride) {
-    for (Index row = row_begin(view.kept, c); row < row_end(view.kept, c); ++row) {
-      for (Index next = row_begin(view.kept, other); next < row_end(view.kept, other); ++next) {
-        subtract_row(view, row, next, A, stride);
-      }
-    }
+  [[gnu::always_inline]] static void subtract(const EliminationView& view, Index /*e*/, Index c,
+                                              Index other, double* A, Index stride) {
+    for_rows_of(view.kept, c, [&](Index row) {
+      for_rows_of(view.kept, other, [&](Index next) { subtract_row(view, row, next, A, stride); });
+    });
   }
 };
 
-// By W: an anchor has a part of every row of its leaf. Stored transposed, E rows of K.
+// By W, into which the damping of anchored leaves goes.
 template <int R, int K, int E>
-struct CouplingProducts<R, K, E, SeveralHubs> {
+struct CouplingProducts<R, K, E, true> {
+  // W^T = M^T (J_e^T J_k - D Z)
   [[gnu::always_inline]] static void form(const EliminationView& view, Index e) {
+    const double* M = view.M + e * E * E;
+    const double* D = view.D + e * E;
     for (Index c = view.eliminated.begin[e]; c < view.eliminated.begin[e + 1]; ++c) {
       Row<K> W[E] = {};
-      SeveralHubs::parts_of_coupling(view.kept, c, [&](Index part, Index row) {
-        for (int k = 0; k < R; ++k) {
-          const auto x = Row<K>::load(view.J_kept + (part * R + k) * K);
-          for (int i = 0; i < E; ++i) W[i].add(view.U[(row * R + k) * E + i], x);
+      for_rows_of(view.kept, c, [&](Index row) {
+        for (Index k = row * R; k < (row + 1) * R; ++k) {
+          const auto x = Row<K>::load(view.J_kept + k * K);
+          for (int i = 0; i < E; ++i) W[i].add(view.U[k * E + i], x);
         }
       });
+      const Index anchor = view.anchors.of_coupling[c];
+      for (int k = 0; anchor >= 0 && k < E; ++k) {
+        const auto Z = Row<K>::load(view.anchors.Z + (anchor * E + k) * K);
+        for (int i = 0; i < E; ++i) W[i].add(-M[k * E + i] * D[k], Z);
+      }
       for (int i = 0; i < E; ++i) W[i].store(view.W + (c * E + i) * K);
     }
   }
@@ -101,11 +117,32 @@ struct CouplingProducts<R, K, E, SeveralHubs> {
     prefetch<E * K * 8>(view.W + c * E * K);
   }
 
-  [[gnu::always_inline]] static void subtract(const EliminationView& view, Index c, Index other,
-                                              double* A, Index stride) {
-    const double* left = view.W + c * E * K;
+  // v -= W y.
+  [[gnu::always_inline]] static void reduce(const EliminationView& view, Index e, Index c,
+                                            Row<K>& v) {
+    for (int i = 0; i < E; ++i) {
+      v.add(-view.y[e * E + i], Row<K>::load(view.W + (c * E + i) * K));
+    }
+  }
+
+  // A -= W_a W_b^T - Z_a^T D Z_b.
+  [[gnu::always_inline]] static void subtract(const EliminationView& view, Index e, Index c,
+                                              Index other, double* A, Index stride) {
+    subtract_product(view.W + c * E * K, view.W + other * E * K, A, stride);
+    const Index a = view.anchors.of_coupling[c], b = view.anchors.of_coupling[other];
+    if (a < 0 || b < 0) return;
+    double left[E * K];  // -D Z_a
+    for (int k = 0; k < E * K; ++k) {
+      left[k] = -view.D[e * E + k / K] * view.anchors.Z[a * E * K + k];
+    }
+    subtract_product(left, view.anchors.Z + b * E * K, A, stride);
+  }
+
+  // A -= left^T right, both of E rows.
+  [[gnu::always_inline]] static void subtract_product(const double* left, const double* right_rows,
+                                                      double* A, Index stride) {
     Row<K> right[E];
-    for (int k = 0; k < E; ++k) right[k] = Row<K>::load(view.W + (other * E + k) * K);
+    for (int k = 0; k < E; ++k) right[k] = Row<K>::load(right_rows + k * K);
 #pragma GCC unroll 12
     for (int i = 0; i < K; ++i) {
       auto sum = Row<K>::load(A + i * stride);
@@ -115,9 +152,9 @@ struct CouplingProducts<R, K, E, SeveralHubs> {
   }
 };
 
-template <int R, int K, int E, class Rows>
+template <int R, int K, int E, bool anchored>
 struct Eliminate {
-  using Products = CouplingProducts<R, K, E, Rows>;
+  using Products = CouplingProducts<R, K, E, anchored>;
 
   static Index factor(const double* H, const double* d, double tolerance, Index first, Index last,
                       double* M, Index* failed) {
@@ -137,7 +174,7 @@ struct Eliminate {
       const double* M = view.M + e * E * E;
       clear<E>(view.y + e * E);
       add_transpose_product<E, E>(M, g_eliminated + e * E, view.y + e * E);
-      Rows::rows(view.eliminated, e, [&](Index row, Index) {
+      for_rows(view.eliminated, e, [&](Index row, Index) {
         for (Index k = row * R; k < (row + 1) * R; ++k) {
           clear<E>(view.U + k * E);
           add_transpose_product<E, E>(M, view.J_eliminated + k * E, view.U + k * E);
@@ -147,39 +184,57 @@ struct Eliminate {
     }
   }
 
-  // v -= J^T U y of one part.
-  [[gnu::always_inline]] static void reduce_part(const EliminationView& view, Index e, Index part,
-                                                 Index row, Row<K>& v) {
-    for (int k = 0; k < R; ++k) {
-      v.add(-Row<E>::dot(view.U + (row * R + k) * E, view.y + e * E),
-            Row<K>::load(view.J_kept + (part * R + k) * K));
-    }
-  }
-
   static void reduce_gradient(const EliminationView& view, Index first, Index last, double* v) {
     for (Index a = first; a < last; ++a) {
       auto reduced = Row<K>::load(v + a * K);
-      PartsOfHub<Rows>::template each<R * K>(
-          view.kept, a, view.J_kept, [&](Index part, Index row, Index c) {
-            reduce_part(view, view.eliminated.block[c], part, row, reduced);
-          });
+      for (Index p = view.kept.begin[a]; p < view.kept.begin[a + 1]; ++p) {
+        const Index ahead = coupling_ahead(view.kept, a, p);
+        if (ahead >= 0) Products::prefetch_coupling(view, ahead);
+        const Index c = coupling(view.kept, p);
+        Products::reduce(view, view.eliminated.block[c], c, reduced);
+      }
       reduced.store(v + a * K);
     }
   }
 
+  // t = U^T J_k x for one eliminated block, with u = J_k x in its rows.
+  template <class Store>
+  [[gnu::always_inline]] static Row<E> felt(const EliminationView& view, const double* x_kept,
+                                            Index e, Row<E> t, Store&& store) {
+    for_rows(view.eliminated, e, [&](Index row, Index c) {
+      double u[R] = {};
+      add_product<R, K>(view.J_kept + row * R * K, x_kept + Index{view.kept.block[c]} * K, u);
+      for (int k = 0; k < R; ++k) t.add(u[k], Row<E>::load(view.U + (row * R + k) * E));
+      store(row, u);
+    });
+    return t;
+  }
+
+  // t -= M^T D z with z = Z x: what the damping of an anchored leaf adds to U^T J_k x.
+  [[gnu::always_inline]] static void hold(const EliminationView& view, Index e, const double* z,
+                                          double* t) {
+    for (int k = 0; k < E; ++k) {
+      for (int i = 0; i < E; ++i) t[i] -= view.M[(e * E + k) * E + i] * view.D[e * E + k] * z[k];
+    }
+  }
+
   static void project(const EliminationView& view, const double* x_kept, Index first, Index last,
-                      double* u) {
+                      double* u, double* w) {
     for (Index e = first; e < last; ++e) {
-      Row<E> t = {};
-      Rows::rows(view.eliminated, e, [&](Index row, Index c) {
-        clear<R>(u + row * R);
-        add_row_product<R, K, Rows>(view.kept, row, c, view.J_kept, x_kept, u + row * R);
-        for (Index k = row * R; k < (row + 1) * R; ++k) t.add(u[k], Row<E>::load(view.U + k * E));
-      });
-      double z[E];
-      t.store(z);
-      Rows::rows(view.eliminated, e, [&](Index row, Index) {
-        for (Index k = row * R; k < (row + 1) * R; ++k) u[k] -= Row<E>::dot(view.U + k * E, z);
+      double t[E], z[E] = {};
+      felt(view, x_kept, e, Row<E>{}, [&](Index row, const double* of_row) {
+        for (int k = 0; k < R; ++k) u[row * R + k] = of_row[k];
+      }).store(t);
+      if constexpr (anchored) {
+        add_anchored<K, E>(view.anchors, e, view.kept.block, x_kept, z);
+        hold(view, e, z, t);
+        for (int i = 0; i < E; ++i) {  // D (z + M t)
+          z[i] += Row<E>::dot(view.M + (e * E + i) * E, t);
+          w[e * E + i] = view.D[e * E + i] * z[i];
+        }
+      }
+      for_rows(view.eliminated, e, [&](Index row, Index) {
+        for (Index k = row * R; k < (row + 1) * R; ++k) u[k] -= Row<E>::dot(view.U + k * E, t);
       });
     }
   }
@@ -187,16 +242,14 @@ struct Eliminate {
   static void back_substitute(const EliminationView& view, const double* x_kept, Index first,
                               Index last, double* x_eliminated) {
     for (Index e = first; e < last; ++e) {
-      auto t = Row<E>::load(view.y + e * E);
-      Rows::rows(view.eliminated, e, [&](Index row, Index c) {
-        double u[R] = {};
-        add_row_product<R, K, Rows>(view.kept, row, c, view.J_kept, x_kept, u);
-        for (int k = 0; k < R; ++k) t.add(u[k], Row<E>::load(view.U + (row * R + k) * E));
-      });
-      double z[E];
-      t.store(z);
+      double t[E], z[E] = {};
+      felt(view, x_kept, e, Row<E>::load(view.y + e * E), [](Index, const double*) {}).store(t);
+      if constexpr (anchored) {
+        add_anchored<K, E>(view.anchors, e, view.kept.block, x_kept, z);
+        hold(view, e, z, t);
+      }
       for (int i = 0; i < E; ++i) {
-        x_eliminated[e * E + i] = -Row<E>::dot(view.M + (e * E + i) * E, z);
+        x_eliminated[e * E + i] = -Row<E>::dot(view.M + (e * E + i) * E, t) - z[i];
       }
     }
   }
@@ -209,12 +262,11 @@ struct Eliminate {
       if (ahead >= 0) Products::prefetch_coupling(view, ahead);
       const Index c = coupling(view.kept, p);
       const Index e = view.eliminated.block[c];
-      Rows::parts_of_coupling(
-          view.kept, c, [&](Index part, Index row) { reduce_part(view, e, part, row, reduced); });
+      Products::reduce(view, e, c, reduced);
       for (Index q = position(view.eliminated, c); q < view.eliminated.begin[e + 1]; ++q) {
         const Index other = coupling(view.eliminated, q);
         const Index slot = block_row.slot_of[view.kept.block[other]];
-        Products::subtract(view, c, other, block_row.values + slot * K, block_row.stride);
+        Products::subtract(view, e, c, other, block_row.values + slot * K, block_row.stride);
       }
     }
     reduced.store(v + a * K);
@@ -225,58 +277,30 @@ struct Eliminate {
     for (Index a = first; a < last; ++a) {
       double* A = A_diagonal + a * K * K;
       for (int i = 0; i < K * K; ++i) A[i] = H_kept[a * K * K + i];
-      for (Index p = view.kept.begin[a]; p < view.kept.begin[a + 1]; ++p) {
-        const Index c = coupling(view.kept, p);
-        Products::subtract(view, c, c, A, K);
-      }
+      for_couplings(view.kept, a, [&](Index c) {
+        Products::subtract(view, view.eliminated.block[c], c, c, A, K);
+      });
     }
   }
 
   static void coupling_block(const EliminationView& view, Index c, double* block, Index stride) {
     Row<E> product[K] = {};
-    Rows::parts_of_coupling(view.kept, c, [&](Index part, Index row) {
-      for (int k = 0; k < R; ++k) {
-        const auto J_e = Row<E>::load(view.J_eliminated + (row * R + k) * E);
-        for (int i = 0; i < K; ++i) {
-          product[i].add(view.J_kept[(part * R + k) * K + i], J_e);
-        }
+    for_rows_of(view.kept, c, [&](Index row) {
+      for (Index k = row * R; k < (row + 1) * R; ++k) {
+        const auto J_e = Row<E>::load(view.J_eliminated + k * E);
+        for (int i = 0; i < K; ++i) product[i].add(view.J_kept[k * K + i], J_e);
       }
     });
     for (int i = 0; i < K; ++i) product[i].store(block + i * stride);
   }
 };
 
-// A_ab += J_a^T J_b: the parts of a row stand in order of their hubs.
-template <int R, int K>
-void add_products(const EliminationView& view, Index a, const BlockRowView& block_row) {
-  const PartsView& parts = view.kept.parts;
-  PartsOfHub<SeveralHubs>::each<R * K>(
-      view.kept, a, view.J_kept, [&](Index part, Index row, Index) {
-        const double* J_a = view.J_kept + part * R * K;
-        for (Index next = part + 1; next < parts.row_parts[row + 1]; ++next) {
-          double* A = block_row.values + block_row.slot_of[parts.hub[next]] * K;
-          for (int k = 0; k < R; ++k) {
-            const auto J_b = Row<K>::load(view.J_kept + (next * R + k) * K);
-#pragma GCC unroll 12
-            for (int i = 0; i < K; ++i) {
-              auto sum = Row<K>::load(A + i * block_row.stride);
-              sum.add(J_a[k * K + i], J_b);
-              sum.store(A + i * block_row.stride);
-            }
-          }
-        }
-      });
-}
-
-template <int R, int K, int E, class Rows>
+template <int R, int K, int E, bool anchored>
 constexpr EliminationKernels make_elimination_kernels() {
-  using Kernels = Eliminate<R, K, E, Rows>;
-  EliminationKernels result = {
-      &Kernels::factor,  &Kernels::transform,       &Kernels::reduce_gradient,
-      &Kernels::project, &Kernels::back_substitute, &Kernels::subtract_products,
-      nullptr,           &Kernels::diagonal_blocks, &Kernels::coupling_block};
-  if constexpr (Rows::several) result.add_products = &add_products<R, K>;
-  return result;
+  using Kernels = Eliminate<R, K, E, anchored>;
+  return {&Kernels::factor,          &Kernels::transform,       &Kernels::reduce_gradient,
+          &Kernels::project,         &Kernels::back_substitute, &Kernels::subtract_products,
+          &Kernels::diagonal_blocks, &Kernels::coupling_block};
 }
 
 }  // namespace

@@ -9,10 +9,10 @@ namespace raybundle::linalg {
 
 #define RAYBUNDLE_DECLARE_SHAPE(R, K, E)                     \
   extern const BlockKernels blocks_##R##_##K##_##E;          \
-  extern const BlockKernels parts_##R##_##K##_##E;           \
+  extern const BlockKernels anchored_##R##_##K##_##E;        \
   extern const EliminationKernels eliminate_##R##_##K##_##E; \
   extern const EliminationKernels eliminate_##R##_##E##_##K; \
-  extern const EliminationKernels eliminate_parts_##R##_##K##_##E;
+  extern const EliminationKernels eliminate_anchored_##R##_##K##_##E;
 #define RAYBUNDLE_DECLARE_KERNELS(isa) \
   namespace isa {                      \
   RAYBUNDLE_DECLARE_SHAPE(2, 9, 3)     \
@@ -58,32 +58,33 @@ const Kernels& choose([[maybe_unused]] const Kernels& baseline,
 
 }  // namespace
 
-const BlockKernels& block_kernels(RowShape shape, int row_size, int hub_size, int leaf_size) {
-  const bool one = shape == RowShape::one_part;
+const BlockKernels& block_kernels(bool anchored, int row_size, int hub_size, int leaf_size) {
   const auto is = [&](int row, int hub) {
     return row_size == row && hub_size == hub && leaf_size == 3;
   };
-  if (is(2, 9)) return one ? RAYBUNDLE_CHOOSE(blocks_2_9_3) : RAYBUNDLE_CHOOSE(parts_2_9_3);
-  if (is(2, 6)) return one ? RAYBUNDLE_CHOOSE(blocks_2_6_3) : RAYBUNDLE_CHOOSE(parts_2_6_3);
-  if (is(3, 6)) return one ? RAYBUNDLE_CHOOSE(blocks_3_6_3) : RAYBUNDLE_CHOOSE(parts_3_6_3);
+  if (is(2, 9))
+    return !anchored ? RAYBUNDLE_CHOOSE(blocks_2_9_3) : RAYBUNDLE_CHOOSE(anchored_2_9_3);
+  if (is(2, 6))
+    return !anchored ? RAYBUNDLE_CHOOSE(blocks_2_6_3) : RAYBUNDLE_CHOOSE(anchored_2_6_3);
+  if (is(3, 6))
+    return !anchored ? RAYBUNDLE_CHOOSE(blocks_3_6_3) : RAYBUNDLE_CHOOSE(anchored_3_6_3);
   unknown(row_size, hub_size, leaf_size);
 }
 
-const EliminationKernels& elimination_kernels(RowShape shape, int row_size, int kept,
+const EliminationKernels& elimination_kernels(bool anchored, int row_size, int kept,
                                               int eliminated) {
-  const auto is = [&](RowShape rows, int row, int keep, int eliminate) {
-    return shape == rows && row_size == row && kept == keep && eliminated == eliminate;
+  const auto is = [&](bool with_anchors, int row, int keep, int eliminate) {
+    return anchored == with_anchors && row_size == row && kept == keep && eliminated == eliminate;
   };
-  constexpr auto one = RowShape::one_part, several = RowShape::several_parts;
-  if (is(one, 2, 9, 3)) return RAYBUNDLE_CHOOSE(eliminate_2_9_3);
-  if (is(one, 2, 3, 9)) return RAYBUNDLE_CHOOSE(eliminate_2_3_9);
-  if (is(one, 2, 6, 3)) return RAYBUNDLE_CHOOSE(eliminate_2_6_3);
-  if (is(one, 2, 3, 6)) return RAYBUNDLE_CHOOSE(eliminate_2_3_6);
-  if (is(one, 3, 6, 3)) return RAYBUNDLE_CHOOSE(eliminate_3_6_3);
-  if (is(one, 3, 3, 6)) return RAYBUNDLE_CHOOSE(eliminate_3_3_6);
-  if (is(several, 2, 9, 3)) return RAYBUNDLE_CHOOSE(eliminate_parts_2_9_3);
-  if (is(several, 2, 6, 3)) return RAYBUNDLE_CHOOSE(eliminate_parts_2_6_3);
-  if (is(several, 3, 6, 3)) return RAYBUNDLE_CHOOSE(eliminate_parts_3_6_3);
+  if (is(false, 2, 9, 3)) return RAYBUNDLE_CHOOSE(eliminate_2_9_3);
+  if (is(false, 2, 3, 9)) return RAYBUNDLE_CHOOSE(eliminate_2_3_9);
+  if (is(false, 2, 6, 3)) return RAYBUNDLE_CHOOSE(eliminate_2_6_3);
+  if (is(false, 2, 3, 6)) return RAYBUNDLE_CHOOSE(eliminate_2_3_6);
+  if (is(false, 3, 6, 3)) return RAYBUNDLE_CHOOSE(eliminate_3_6_3);
+  if (is(false, 3, 3, 6)) return RAYBUNDLE_CHOOSE(eliminate_3_3_6);
+  if (is(true, 2, 9, 3)) return RAYBUNDLE_CHOOSE(eliminate_anchored_2_9_3);
+  if (is(true, 2, 6, 3)) return RAYBUNDLE_CHOOSE(eliminate_anchored_2_6_3);
+  if (is(true, 3, 6, 3)) return RAYBUNDLE_CHOOSE(eliminate_anchored_3_6_3);
   unknown(row_size, kept, eliminated);
 }
 

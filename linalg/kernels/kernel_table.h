@@ -5,22 +5,16 @@
 /// The inner loops of linalg, by block shape and instruction set. A kernel works on a range of
 /// blocks, which is also the grain of threading; nothing in it allocates or calls out.
 ///
-/// Every kernel sees the two sides of the normal equations as "kept" (k) and "eliminated" (e), so
-/// that eliminating leaves or hubs is a choice of arguments. For an eliminated block
+/// The kernels of an elimination see the two sides of the normal equations as "kept" (k) and
+/// "eliminated" (e), so that eliminating leaves or hubs is a choice of arguments. For an eliminated
+/// block
 ///   M M^T = (H_ee + D_e)^-1,   U = J_e M,   y = M^T g_e,
 /// and with P = I - U U^T the reduced system is A = J_k^T P J_k + D_k, v = g_k - J_k^T U y.
-/// Where rows have several parts, leaves alone are eliminated, and W = J_k^T U by coupling.
+///
+/// Anchored leaves are eliminated as l' = l + Z x, the step that their rows feel. Rows then have
+/// one hub each, and anchors are left only in the damping |l|^2 = |l' - Z x|^2 of the leaves:
+///   A = J_k^T J_k + Z^T D_e Z - W W^T + D_k,   v = J_k^T r - W y,   W = (J_k^T J_e - Z^T D_e) M.
 namespace raybundle::linalg {
-
-/// RowParts as kernels take them; all null when a row is its own part.
-struct PartsView {
-  const std::int64_t* leaf_rows;
-  const std::int64_t* row_parts;
-  const std::int64_t* row;
-  const std::int32_t* hub;
-  const std::int64_t* coupling_begin;
-  const std::int64_t* list;
-};
 
 /// Sparsity from one side; see Incidence and BlockLayout. A null list or position is the identity,
 /// null rows mean that coupling c is row c.
@@ -30,21 +24,50 @@ struct SideView {
   const std::int64_t* position;
   const std::int32_t* block;
   const std::int64_t* rows;
-  PartsView parts;
 };
 
-/// What one elimination works on: the Jacobian blocks of both sides (row-major; of hubs part by
-/// part, of leaves row by row), and the factors: M and y block by block, U row by row, as J_e, W
-/// coupling by coupling (kept x eliminated).
+/// Anchorage, and Z anchor by anchor (leaf x hub, row-major); all null when leaves have none.
+struct AnchorView {
+  const std::int64_t* begin;
+  const std::int64_t* coupling;
+  const std::int64_t* of_coupling;
+  const double* Z;
+};
+
+/// The blocks of a Jacobian, row by row, row-major.
+struct JacobianView {
+  SideView hubs;
+  SideView leaves;
+  const double* J_hub;
+  const double* J_leaf;
+  AnchorView anchors;
+};
+
+/// Where normal equations go: J^T J by hub and by leaf, and J^T r. What the rows of a hub alone
+/// make, without anchors, is kept beside it; null where there are none.
+struct NormalView {
+  double* B;
+  double* C;
+  double* g_hub;
+  double* g_leaf;
+  double* own_B;
+  double* own_g_hub;
+};
+
+/// What one elimination works on: the Jacobian blocks of both sides, the damping of the eliminated
+/// one, and the factors: M and y block by block, U row by row, as J_e, W coupling by coupling
+/// (eliminated x kept: transposed), for anchored leaves alone.
 struct EliminationView {
   SideView kept;
   SideView eliminated;
   const double* J_kept;
   const double* J_eliminated;
+  const double* D;
   double* M;
   double* U;
   double* y;
   double* W;
+  AnchorView anchors;
 };
 
 /// Where the blocks of one block row of a symmetric matrix go.
@@ -55,20 +78,21 @@ struct BlockRowView {
 };
 
 struct BlockKernels {
-  /// u = J_hub x_hub + J_leaf x_leaf for the rows of leaves [first, last).
-  void (*multiply)(const SideView& leaves, const SideView& hubs, const double* J_hub,
-                   const double* J_leaf, const double* x_hub, const double* x_leaf,
+  /// u = J x for the rows of leaves [first, last).
+  void (*multiply)(const JacobianView& J, const double* x_hub, const double* x_leaf,
                    std::int64_t first, std::int64_t last, double* u);
-  /// y_b = J_b^T u for the hubs (leaves) [first, last).
-  void (*transpose_multiply_hubs)(const SideView& side, const double* J, const double* u,
+  /// y = J_hub^T u + Z^T w for hubs [first, last), w by leaf; w is not read without anchors.
+  void (*transpose_multiply_hubs)(const JacobianView& J, const double* u, const double* w,
                                   std::int64_t first, std::int64_t last, double* y);
-  void (*transpose_multiply_leaves)(const SideView& side, const double* J, const double* u,
-                                    std::int64_t first, std::int64_t last, double* y);
-  /// H_b = J_b^T J_b (full symmetric) and g_b = J_b^T r for the hubs (leaves) [first, last).
-  void (*normal_blocks_hubs)(const SideView& side, const double* J, const double* r,
-                             std::int64_t first, std::int64_t last, double* H, double* g);
-  void (*normal_blocks_leaves)(const SideView& side, const double* J, const double* r,
-                               std::int64_t first, std::int64_t last, double* H, double* g);
+  /// y = J_leaf^T u for leaves [first, last).
+  void (*transpose_multiply_leaves)(const JacobianView& J, const double* u, std::int64_t first,
+                                    std::int64_t last, double* y);
+  /// B and g_hub of hubs [first, last); C and g_leaf of all leaves are there.
+  void (*normal_blocks_hubs)(const JacobianView& J, const double* r, std::int64_t first,
+                             std::int64_t last, const NormalView& normal);
+  /// C and g_leaf of leaves [first, last).
+  void (*normal_blocks_leaves)(const JacobianView& J, const double* r, std::int64_t first,
+                               std::int64_t last, const NormalView& normal);
 };
 
 struct EliminationKernels {
@@ -77,37 +101,36 @@ struct EliminationKernels {
   /// number.
   std::int64_t (*factor)(const double* H, const double* d, double tolerance, std::int64_t first,
                          std::int64_t last, double* M, std::int64_t* failed);
-  /// Writes U and y, and W where rows have several parts, of eliminated [first, last).
+  /// Writes U, y and W of eliminated [first, last).
   void (*transform)(const EliminationView& view, const double* g_eliminated, std::int64_t first,
                     std::int64_t last);
-  /// v_a -= J_a^T U y for kept a in [first, last).
+  /// v_a -= J_a^T U y, or W y, for kept a in [first, last).
   void (*reduce_gradient)(const EliminationView& view, std::int64_t first, std::int64_t last,
                           double* v);
-  /// u = P J_k x for the rows of eliminated [first, last).
+  /// u and w of eliminated [first, last), such that A x = J_k^T u + Z^T w + D_k x; w is not written
+  /// without anchors.
   void (*project)(const EliminationView& view, const double* x_kept, std::int64_t first,
-                  std::int64_t last, double* u);
-  /// x_e = -M (y + U^T J_k x_k) for eliminated [first, last).
+                  std::int64_t last, double* u, double* w);
+  /// x_e = -M (y + U^T J_k x_k), and with anchors -M (y + W^T x_k) - Z x_k, for eliminated [first,
+  /// last).
   void (*back_substitute)(const EliminationView& view, const double* x_kept, std::int64_t first,
                           std::int64_t last, double* x_eliminated);
-  /// A_ab -= J_a^T U U^T J_b for all b >= a, into the block row of kept a, and v_a -= J_a^T U y.
+  /// A_ab -= J_a^T U U^T J_b (or W_a W_b^T - Z_a^T D Z_b) for all b >= a, into the block row of
+  /// kept a, and v_a as reduce_gradient does.
   void (*subtract_products)(const EliminationView& view, std::int64_t a, const BlockRowView& row,
                             double* v);
-  /// A_ab += J_a^T J_b for all b > a: what two parts of a row have in common. Null when rows have
-  /// one.
-  void (*add_products)(const EliminationView& view, std::int64_t a, const BlockRowView& row);
-  /// A_aa = H_aa - J_a^T U U^T J_a for kept [first, last).
+  /// A_aa = H_aa minus the same, for kept [first, last).
   void (*diagonal_blocks)(const EliminationView& view, const double* H_kept, std::int64_t first,
                           std::int64_t last, double* A_diagonal);
   /// The block J_k^T J_e of coupling c, kept x eliminated, with `stride` between its rows.
   void (*coupling)(const EliminationView& view, std::int64_t c, double* E, std::int64_t stride);
 };
 
-enum class RowShape { one_part, several_parts };
-
 /// The kernels for a layout; throws std::invalid_argument for block sizes nobody compiled.
-const BlockKernels& block_kernels(RowShape shape, int row_size, int hub_size, int leaf_size);
-/// The kernels that keep blocks of `kept` and eliminate blocks of `eliminated` unknowns.
-const EliminationKernels& elimination_kernels(RowShape shape, int row_size, int kept,
+const BlockKernels& block_kernels(bool anchored, int row_size, int hub_size, int leaf_size);
+/// The kernels that keep blocks of `kept` and eliminate blocks of `eliminated` unknowns. Hubs that
+/// anchor leaves cannot be eliminated.
+const EliminationKernels& elimination_kernels(bool anchored, int row_size, int kept,
                                               int eliminated);
 
 }  // namespace raybundle::linalg

@@ -4,15 +4,15 @@
 
 namespace raybundle::linalg::RAYBUNDLE_ISA {
 
-#define RAYBUNDLE_DEFINE(R, K, E)                                                               \
-  extern const BlockKernels blocks_##R##_##K##_##E = make_block_kernels<R, K, E, OneHub>();     \
-  extern const BlockKernels parts_##R##_##K##_##E = make_block_kernels<R, K, E, SeveralHubs>(); \
-  extern const EliminationKernels eliminate_##R##_##K##_##E =                                   \
-      make_elimination_kernels<R, K, E, OneHub>();                                              \
-  extern const EliminationKernels eliminate_##R##_##E##_##K =                                   \
-      make_elimination_kernels<R, E, K, OneHub>();                                              \
-  extern const EliminationKernels eliminate_parts_##R##_##K##_##E =                             \
-      make_elimination_kernels<R, K, E, SeveralHubs>();
+#define RAYBUNDLE_DEFINE(R, K, E)                                                           \
+  extern const BlockKernels blocks_##R##_##K##_##E = make_block_kernels<R, K, E, false>();  \
+  extern const BlockKernels anchored_##R##_##K##_##E = make_block_kernels<R, K, E, true>(); \
+  extern const EliminationKernels eliminate_##R##_##K##_##E =                               \
+      make_elimination_kernels<R, K, E, false>();                                           \
+  extern const EliminationKernels eliminate_##R##_##E##_##K =                               \
+      make_elimination_kernels<R, E, K, false>();                                           \
+  extern const EliminationKernels eliminate_anchored_##R##_##K##_##E =                      \
+      make_elimination_kernels<R, K, E, true>();
 RAYBUNDLE_DEFINE(2, 9, 3)
 RAYBUNDLE_DEFINE(2, 6, 3)
 RAYBUNDLE_DEFINE(3, 6, 3)

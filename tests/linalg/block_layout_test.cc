@@ -70,7 +70,7 @@ TEST(BlockLayout, IncidenceOfRandomSystemsIsConsistent) {
     const BlockLayout& layout = system.layout;
     std::set<std::pair<std::int32_t, std::int32_t>> pairs;
     for (std::size_t row = 0; row < system.row_leaf.size(); ++row) {
-      for (const auto hub : system.row_hubs[row]) pairs.emplace(system.row_leaf[row], hub);
+      pairs.emplace(system.row_leaf[row], system.row_hub[row]);
     }
     ASSERT_EQ(layout.couplings, static_cast<std::int64_t>(pairs.size()));
     std::int64_t c = 0;
@@ -95,38 +95,20 @@ TEST(BlockLayout, IncidenceOfRandomSystemsIsConsistent) {
   }
 }
 
-// Leaf 0: rows with parts {1, 2}, {1}, {0, 1}; leaf 1: nobody; leaf 2: a row without part, {2}.
-TEST(BlockLayout, PartsOfRowsBelongToTheirCouplings) {
-  const BlockLayout layout =
-      make_layout({3, 6, 3}, 4, 3, {0, 0, 0, 2, 2}, {0, 2, 3, 5, 5, 6}, {1, 2, 1, 0, 1, 2});
-  EXPECT_EQ(layout.part_count(), 6);
-  EXPECT_EQ(layout.parts.leaf_rows, (Indices{0, 3, 3, 5}));
-  EXPECT_EQ(layout.parts.row, (Indices{0, 0, 1, 2, 2, 4}));
-  EXPECT_EQ(layout.couplings, 4);
-  EXPECT_EQ(layout.leaf_side.block, (std::vector<std::int32_t>{0, 0, 0, 2}));
-  EXPECT_EQ(layout.hub_side.block, (std::vector<std::int32_t>{0, 1, 2, 2}));
-  EXPECT_EQ(layout.parts.coupling_begin, (Indices{0, 1, 4, 5, 6}));
-  EXPECT_EQ(layout.parts.list, (Indices{3, 0, 2, 4, 1, 5}));
+TEST(BlockLayout, AnchorsAreCouplings) {
+  BlockLayout layout = make_layout({2, 9, 3}, 4, 3, {0, 0, 0, 2, 2}, {0, 1, 3, 1, 2});
+  EXPECT_FALSE(layout.anchored());
+  anchor_leaves(layout, {{3, 1}, {-1, -1}, {2, -1}});
+  EXPECT_TRUE(layout.anchored());
+  EXPECT_EQ(layout.anchorage.begin, (Indices{0, 2, 2, 3}));
+  EXPECT_EQ(layout.anchorage.coupling, (Indices{2, 1, 4}));
+  EXPECT_EQ(layout.anchorage.anchor, (Indices{-1, 1, 0, -1, 2}));
 }
 
-TEST(BlockLayout, PartsOfRandomSystemsAreEachInOneCoupling) {
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const BlockSystem system({.seed = seed, .anchored = true, .leaves = 25, .duplicates = 7});
-    const BlockLayout& layout = system.layout;
-    std::set<std::int64_t> seen;
-    for (std::int64_t c = 0; c < layout.couplings; ++c) {
-      const RowParts& parts = layout.parts;
-      ASSERT_LT(parts.coupling_begin[index(c)], parts.coupling_begin[index(c + 1)]);
-      for (std::int64_t k = parts.coupling_begin[index(c)]; k < parts.coupling_begin[index(c + 1)];
-           ++k) {
-        const std::int64_t part = parts.list[index(k)];
-        EXPECT_TRUE(seen.insert(part).second);
-        EXPECT_EQ(parts.hub[index(part)], layout.hub_side.block[index(c)]);
-        EXPECT_EQ(system.row_leaf[index(parts.row[index(part)])], layout.leaf_side.block[index(c)]);
-      }
-    }
-    EXPECT_EQ(static_cast<std::int64_t>(seen.size()), layout.part_count());
-  }
+TEST(BlockLayout, AnchorsMustSeeTheirLeaf) {
+  BlockLayout layout = make_layout({2, 9, 3}, 4, 3, {0, 0, 0, 2, 2}, {0, 1, 3, 1, 2});
+  EXPECT_THROW(anchor_leaves(layout, {{2, -1}, {-1, -1}, {2, -1}}), std::invalid_argument);
+  EXPECT_THROW(anchor_leaves(layout, {{0, -1}, {0, -1}, {2, -1}}), std::invalid_argument);
 }
 
 TEST(BlockLayout, NoRowsAtAll) {
@@ -137,14 +119,14 @@ TEST(BlockLayout, NoRowsAtAll) {
 }
 
 TEST(KernelTable, RefusesShapesNobodyCompiled) {
-  for (const RowShape shape : {RowShape::one_part, RowShape::several_parts}) {
-    EXPECT_THROW(block_kernels(shape, 2, 7, 3), std::invalid_argument);
-    EXPECT_THROW(block_kernels(shape, 3, 9, 3), std::invalid_argument);
-    EXPECT_THROW(block_kernels(shape, 2, 9, 4), std::invalid_argument);
-    EXPECT_THROW(elimination_kernels(shape, 2, 9, 9), std::invalid_argument);
-    EXPECT_THROW(elimination_kernels(shape, 1, 9, 3), std::invalid_argument);
+  for (const bool anchored : {false, true}) {
+    EXPECT_THROW(block_kernels(anchored, 2, 7, 3), std::invalid_argument);
+    EXPECT_THROW(block_kernels(anchored, 3, 9, 3), std::invalid_argument);
+    EXPECT_THROW(block_kernels(anchored, 2, 9, 4), std::invalid_argument);
+    EXPECT_THROW(elimination_kernels(anchored, 2, 9, 9), std::invalid_argument);
+    EXPECT_THROW(elimination_kernels(anchored, 1, 9, 3), std::invalid_argument);
   }
-  EXPECT_THROW(elimination_kernels(RowShape::several_parts, 2, 3, 9), std::invalid_argument);
+  EXPECT_THROW(elimination_kernels(true, 2, 3, 9), std::invalid_argument);
 }
 
 }  // namespace

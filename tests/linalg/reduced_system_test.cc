@@ -236,7 +236,7 @@ INSTANTIATE_TEST_SUITE_P(Anchored, ReducedSystems,
                                                               std::optional<Side>(Side::leaves))),
                          name);
 
-TEST(AnchoredRows, HubsCannotBeEliminated) {
+TEST(AnchoredLeaves, HubsCannotBeEliminated) {
   const BlockSystem system({.anchored = true});
   ThreadPool pool(1);
   EXPECT_THROW(make_reduced_system(system.layout, Side::hubs, pool), std::invalid_argument);

@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <numeric>
 #include <random>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,8 +25,8 @@ struct BlockSystemOptions {
   std::uint64_t seed = 1;
   int row_size = 2;
   int hub_size = 9;
-  /// Rows also have parts of the first two hubs of their leaf (anchors), as far as it has them, and
-  /// every fourth row none at all.
+  /// Leaves are anchored by their first two hubs, every third by the first alone, every fifth by
+  /// none.
   bool anchored = false;
   int hubs = 5;             ///< unobserved ones included
   int leaves = 17;          ///< unobserved and poor ones included
@@ -44,6 +43,8 @@ struct BlockSystemOptions {
 /// A random Jacobian in blocks, and the same in dense form: the oracle of every linear path. The
 /// dense matrix is filled from the block values with nothing but their definition.
 class BlockSystem {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
  public:
   explicit BlockSystem(const BlockSystemOptions& options)
       : layout(compile(options)),
@@ -60,6 +61,7 @@ class BlockSystem {
     };
     fill(J.hub_blocks, layout.hub_size, options.hub_column_spread);
     fill(J.leaf_blocks, layout.leaf_size, options.leaf_column_spread);
+    fill(J.anchor_blocks, layout.hub_size, 0);
     for (double& x : r) x = uniform(random);
     update_dense();
     D = Eigen::VectorXd::Zero(layout.unknowns());
@@ -75,23 +77,25 @@ class BlockSystem {
   /// Writes the block values into the dense matrix; needed after changing them by hand.
   void update_dense() {
     dense = Eigen::MatrixXd::Zero(layout.residuals(), layout.unknowns());
-    const auto place = [&](const std::vector<double>& blocks, Eigen::Index part, Eigen::Index row,
-                           Eigen::Index column, int size) {
-      for (Eigen::Index k = 0; k < layout.row_size; ++k) {
-        for (Eigen::Index i = 0; i < size; ++i) {
-          dense(layout.row_size * row + k, column + i) =
-              blocks[static_cast<std::size_t>((layout.row_size * part + k) * size + i)];
-        }
-      }
+    const auto block = [](const std::vector<double>& blocks, Eigen::Index at, Eigen::Index rows,
+                          Eigen::Index columns) {
+      return Eigen::Map<const RowMajor>(blocks.data() + at * rows * columns, rows, columns);
     };
-    const Eigen::Index leaves_at = layout.hubs * layout.hub_size;
-    Eigen::Index part = 0;
-    for (std::size_t row = 0; row < row_hubs.size(); ++row) {
-      const auto at = static_cast<Eigen::Index>(row);
-      for (const std::int32_t hub : row_hubs[row]) {
-        place(J.hub_blocks, part++, at, Eigen::Index{hub} * layout.hub_size, layout.hub_size);
+    const Eigen::Index R = layout.row_size, K = layout.hub_size, E = layout.leaf_size;
+    for (std::size_t i = 0; i < row_hub.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const Eigen::Index leaf = row_leaf[i];
+      const RowMajor J_leaf = block(J.leaf_blocks, row, R, E);
+      dense.block(R * row, layout.hubs * K + leaf * E, R, E) = J_leaf;
+      dense.block(R * row, row_hub[i] * K, R, K) += block(J.hub_blocks, row, R, K);
+      if (!layout.anchored()) continue;
+      const linalg::Anchorage& anchorage = layout.anchorage;
+      const std::int64_t end = anchorage.begin[linalg::index(leaf + 1)];
+      for (std::int64_t k = anchorage.begin[linalg::index(leaf)]; k < end; ++k) {
+        const std::int64_t coupling = anchorage.coupling[linalg::index(k)];
+        const Eigen::Index hub = layout.hub_side.block[linalg::index(coupling)];
+        dense.block(R * row, hub * K, R, K) += J_leaf * block(J.anchor_blocks, k, E, K);
       }
-      place(J.leaf_blocks, at, at, leaves_at + Eigen::Index{row_leaf[row]} * 3, 3);
     }
   }
 
@@ -110,7 +114,7 @@ class BlockSystem {
   Eigen::VectorXd gradient() const { return dense.transpose() * r; }
 
   std::vector<std::int32_t> row_leaf;  // before the layout, which is made from them
-  std::vector<std::vector<std::int32_t>> row_hubs;
+  std::vector<std::int32_t> row_hub;
   linalg::BlockLayout layout;
   linalg::BlockJacobian J;
   linalg::NormalEquations normal;
@@ -135,35 +139,29 @@ class BlockSystem {
     std::sort(rows.begin(), rows.end());
     for (const auto& [leaf, hub] : rows) {
       row_leaf.push_back(leaf);
-      row_hubs.push_back({hub});
+      row_hub.push_back(hub);
     }
-    const linalg::BlockSizes sizes = {options.row_size, options.hub_size, 3};
-    if (!options.anchored) {
-      std::vector<std::int32_t> row_hub;
-      for (const auto& hub : row_hubs) row_hub.push_back(hub.front());
-      return linalg::make_layout(sizes, options.hubs, options.leaves, row_leaf, row_hub);
-    }
-    add_anchors();
-    std::vector<std::int64_t> row_parts = {0};
-    std::vector<std::int32_t> part_hub;
-    for (const auto& hubs_of_row : row_hubs) {
-      part_hub.insert(part_hub.end(), hubs_of_row.begin(), hubs_of_row.end());
-      row_parts.push_back(static_cast<std::int64_t>(part_hub.size()));
-    }
-    return linalg::make_layout(sizes, options.hubs, options.leaves, row_leaf, row_parts, part_hub);
+    linalg::BlockLayout result = linalg::make_layout(
+        {options.row_size, options.hub_size, 3}, options.hubs, options.leaves, row_leaf, row_hub);
+    if (options.anchored) linalg::anchor_leaves(result, anchors_of(result));
+    return result;
   }
 
-  void add_anchors() {
-    const auto single = row_hubs;
-    for (std::size_t row = 0, first = 0; row < single.size(); ++row) {
-      if (row_leaf[row] != row_leaf[first]) first = row;
-      std::set<std::int32_t> hubs_of_row(single[row].begin(), single[row].end());
-      for (std::size_t other = first; other < std::min(first + 2, single.size()); ++other) {
-        if (row_leaf[other] == row_leaf[row]) hubs_of_row.insert(single[other].front());
+  static std::vector<linalg::LeafAnchors> anchors_of(const linalg::BlockLayout& layout) {
+    std::vector<linalg::LeafAnchors> anchors;
+    for (std::size_t l = 0; l + 1 < layout.leaf_side.begin.size(); ++l) {
+      const std::int64_t first = layout.leaf_side.begin[l], last = layout.leaf_side.begin[l + 1];
+      const std::int64_t count =
+          std::min<std::int64_t>(l % 5 == 4 ? 0 : (l % 3 == 2 ? 1 : 2), last - first);
+      linalg::LeafAnchors of_leaf = {-1, -1};
+      // The second hub comes first: anchors stand in no order.
+      for (std::int64_t k = 0; k < count; ++k) {
+        of_leaf[static_cast<std::size_t>(count - 1 - k)] =
+            layout.hub_side.block[linalg::index(first + k)];
       }
-      if (row % 4 == 3) hubs_of_row.clear();
-      row_hubs[row].assign(hubs_of_row.begin(), hubs_of_row.end());
+      anchors.push_back(of_leaf);
     }
+    return anchors;
   }
 };
 
@@ -236,7 +234,7 @@ inline std::string name(const BlockSystemOptions& options) {
          "Seed" + std::to_string(options.seed);
 }
 
-/// Systems whose rows have several parts, or none.
+/// Systems with anchored leaves.
 inline std::vector<BlockSystemOptions> anchored_systems() {
   std::vector<BlockSystemOptions> list = typical_systems();
   for (BlockSystemOptions& each : list) each.anchored = true;
