@@ -5,9 +5,13 @@
 //   k = |v| sin(alpha - theta) = sigma cos(theta) - delta sin(theta)      [Liu18, Eq. 2]
 // and G = k w. Turning w by a small angle towards the unit vector q = (v - delta w) / sigma lowers
 // alpha by as much, hence
-//   dk/dtheta = -(sigma sin(theta) + delta cos(theta)),   dk = dk/dtheta (q . dw),
-//   dk/dv     = cos(theta) q - sin(theta) w.
-// Where v and w are parallel q is any; 0 is taken. Everything is derived in docs/parallax.md.
+//   dk/dtheta = -(sigma sin(theta) + delta cos(theta)),   dk = dk/dtheta (q . dw).
+// Where v and w are parallel q is any; 0 is taken.
+//
+// A step of an anchor moves the point as some step (dfirst, dw) of the point alone would: a turn of
+// the main anchor's axes turns w, and a move of either centre changes, as seen from the other
+// cameras, what it is at right angles to its ray, over the distance of the point. Everything is
+// derived in docs/parallax.md.
 
 #pragma once
 
@@ -22,12 +26,17 @@ struct AnchoredPoint {
   // The rest are derivatives.
   double s_first;       // of s, by the first unknown (inverse distance or theta)
   double G_leaf[3][3];  // of G, by each unknown
-  double G_Pm[9];       // of G, by P_m; by P_a it is the negative
-  double G_turn[9];     // of G, by a turn of the main anchor: dw = turn x w
-  bool has_associate;
 };
 
-// The direction of the point in the world, and its derivatives by the two unknowns of a direction.
+// The step of a point that is worth a step of an anchor: by centre and by turn (Exp(turn) R_wc) of
+// the anchor, for each unknown.
+struct AnchorEffect {
+  double by_centre[3][3];
+  double by_turn[3][3];
+};
+
+// The direction of the point in the world, and its derivatives by the two unknowns of a direction,
+// at right angles to one another.
 template <bool derivatives>
 inline void direction(PointModel model, const CameraFrame& main, const double* stored, double* w,
                       double (*w_leaf)[3]) {
@@ -56,74 +65,106 @@ inline void direction(PointModel model, const CameraFrame& main, const double* s
   }
 }
 
-// G = w and s = the inverse distance.
-template <bool derivatives>
-inline void by_distance(double inverse_distance, const double* w, AnchoredPoint& point) {
-  for (int i = 0; i < 3; ++i) point.G[i] = w[i];
-  point.s = inverse_distance;
-  if constexpr (derivatives) {
-    point.s_first = 1;
-    for (double& x : point.G_leaf[0]) x = 0;
-    for (double& x : point.G_Pm) x = 0;
-  }
-}
+// v = P_m - P_a and what follows from it; see above.
+struct Parallax {
+  double k, sine, cosine, sigma, delta, baseline;
+  double q[3];
 
-// G = k w and s = sin(theta).
-template <bool derivatives>
-inline void by_parallax(double theta, const double* w, const double* P_m, const double* P_a,
-                        AnchoredPoint& point, double* k, double* q) {
-  double v[3], normal[3], rest[3];
-  for (int i = 0; i < 3; ++i) v[i] = P_m[i] - P_a[i];
-  cross(v, w, normal);
-  const double sigma = __builtin_sqrt(dot(normal, normal));
-  const double delta = dot(v, w);
-  const double sine = __builtin_sin(theta), cosine = __builtin_cos(theta);
-  *k = sigma * cosine - delta * sine;
-  for (int i = 0; i < 3; ++i) point.G[i] = *k * w[i];
-  point.s = sine;
-  if constexpr (derivatives) {
-    const double k_theta = -(sigma * sine + delta * cosine);
-    cross(w, normal, rest);  // v - delta w, without cancellation
+  Parallax(double theta, const double* w, const double* P_m, const double* P_a) {
+    double v[3], normal[3];
+    for (int i = 0; i < 3; ++i) v[i] = P_m[i] - P_a[i];
+    cross(v, w, normal);
+    sigma = __builtin_sqrt(dot(normal, normal));
+    delta = dot(v, w);
+    baseline = __builtin_sqrt(dot(v, v));
+    sine = __builtin_sin(theta);
+    cosine = __builtin_cos(theta);
+    k = sigma * cosine - delta * sine;
+    cross(w, normal, q);  // v - delta w, without cancellation
     const double inverse = sigma > 0 ? 1 / sigma : 0;
-    for (int i = 0; i < 3; ++i) q[i] = rest[i] * inverse;
-    point.s_first = cosine;
-    for (int i = 0; i < 3; ++i) {
-      point.G_leaf[0][i] = k_theta * w[i];
-      for (int j = 0; j < 3; ++j) point.G_Pm[3 * i + j] = w[i] * (cosine * q[j] - sine * w[j]);
-    }
-    for (int i = 0; i < 3; ++i) q[i] *= k_theta;  // dk = q . dw from here on
+    for (double& x : q) x *= inverse;
+  }
+  double k_theta() const { return -(sigma * sine + delta * cosine); }
+};
+
+// a / b for a b that may vanish, where the point is in the centre of an anchor: as if it were a
+// small part of `size` away, at which nothing is seen any more.
+inline double bounded_ratio(double a, double b, double size) {
+  const double least = 1e-12 * size;
+  if (b > least || b < -least) return a / b;
+  return least > 0 ? (b < 0 ? -a : a) / least : 0;
+}
+
+// The step dw = along of a direction, in its two unknowns: by the rows of `along`, 3 x 3.
+inline void by_direction(const double (*w_leaf)[3], const double* along, double (*out)[3]) {
+  for (int j = 0; j < 2; ++j) {
+    // Only the azimuth of pba has another length than 1, and none at the poles.
+    const double scale = bounded_ratio(1, dot(w_leaf[j], w_leaf[j]), 1);
+    row_times_matrix(w_leaf[j], along, out[1 + j]);
+    for (int i = 0; i < 3; ++i) out[1 + j][i] *= scale;
   }
 }
 
+// dw = turn x w and dw = inverse_distance (I - w w^T) dP of the main anchor.
+inline void main_effect(PointModel model, const double* w, const double (*w_leaf)[3],
+                        double inverse_distance, AnchorEffect& main) {
+  double across[9];
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      across[3 * i + j] = inverse_distance * ((i == j ? 1.0 : 0.0) - w[i] * w[j]);
+    }
+  }
+  by_direction(w_leaf, across, main.by_centre);
+  if (model == PointModel::pba) {  // its direction is the world's
+    for (auto& row : main.by_turn) row[0] = row[1] = row[2] = 0;
+    return;
+  }
+  const double hat[9] = {0, w[2], -w[1], -w[2], 0, w[0], w[1], -w[0], 0};
+  by_direction(w_leaf, hat, main.by_turn);
+  for (double& x : main.by_turn[0]) x = 0;
+}
+
 template <bool derivatives>
-inline void prepare(const ResidualInput& in, Index index, AnchoredPoint& point) {
+inline void prepare(const ResidualInput& in, Index index, AnchoredPoint& point,
+                    AnchorEffect* effect) {
   const Anchors& anchors = in.anchors[index];
   const CameraFrame& main = in.cameras[anchors.main];
   const double* stored = in.points + index * stored_size(in.model);
   const double first = stored[stored_size(in.model) - 1];
-  double w[3], w_leaf[2][3], k = 1, dk[3] = {0, 0, 0};
+  double w[3], w_leaf[2][3];
   direction<derivatives>(in.model, main, stored, w, w_leaf);
-  point.has_associate = anchors.associate >= 0;
-  if (point.has_associate) {
-    by_parallax<derivatives>(first, w, main.P, in.cameras[anchors.associate].P, point, &k, dk);
-  } else {
-    by_distance<derivatives>(first, w, point);
-  }
-  if constexpr (derivatives) {
-    for (int j = 0; j < 2; ++j) {
-      const double along = dot(dk, w_leaf[j]);
-      for (int i = 0; i < 3; ++i) point.G_leaf[1 + j][i] = along * w[i] + k * w_leaf[j][i];
-    }
-    // dw = turn x w: k -hat(w) turn, and dk . (turn x w) = turn . (w x dk). Of pba the direction is
-    // the world's.
-    double turn[3];
-    cross(w, dk, turn);
-    const double hat[9] = {0, -w[2], w[1], w[2], 0, -w[0], -w[1], w[0], 0};
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        const double value = w[i] * turn[j] - k * hat[3 * i + j];
-        point.G_turn[3 * i + j] = in.model == PointModel::pba ? 0 : value;
+  if (anchors.associate < 0) {  // G = w and s = the inverse distance
+    for (int i = 0; i < 3; ++i) point.G[i] = w[i];
+    point.s = first;
+    if constexpr (derivatives) {
+      point.s_first = 1;
+      for (int i = 0; i < 3; ++i) {
+        point.G_leaf[0][i] = 0;
+        for (int j = 0; j < 2; ++j) point.G_leaf[1 + j][i] = w_leaf[j][i];
       }
+      main_effect(in.model, w, w_leaf, first, effect[0]);
+      for (int i = 0; i < 3; ++i) effect[0].by_centre[0][i] = -first * first * w[i];
+    }
+    return;
+  }
+  const Parallax at(first, w, main.P, in.cameras[anchors.associate].P);
+  for (int i = 0; i < 3; ++i) point.G[i] = at.k * w[i];
+  point.s = at.sine;
+  if constexpr (derivatives) {
+    const double k_theta = at.k_theta();
+    point.s_first = at.cosine;
+    for (int i = 0; i < 3; ++i) point.G_leaf[0][i] = k_theta * w[i];
+    for (int j = 0; j < 2; ++j) {
+      const double along = k_theta * dot(at.q, w_leaf[j]);
+      for (int i = 0; i < 3; ++i) point.G_leaf[1 + j][i] = along * w[i] + at.k * w_leaf[j][i];
+    }
+    const double to_main = bounded_ratio(at.sine, at.k, at.baseline);
+    const double to_associate = bounded_ratio(at.sine, at.sigma, at.baseline);
+    main_effect(in.model, w, w_leaf, to_main, effect[0]);
+    effect[1] = {};
+    for (int i = 0; i < 3; ++i) {
+      effect[0].by_centre[0][i] = -to_main * at.q[i];
+      effect[1].by_centre[0][i] = to_associate * (at.cosine * at.q[i] - at.sine * w[i]);
     }
   }
 }

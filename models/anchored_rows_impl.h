@@ -1,6 +1,7 @@
-// Rows of anchored points: each touches the camera that observes, the anchors, and the point. The
-// derivatives by a pose are formed as those by its centre P and by a small turn of its axes in the
-// world, R_wc <- Exp(turn) R_wc, and then carried over to the unknowns of the pose update.
+// Rows of anchored points: each touches the camera that observes and the point, and feels the
+// anchors through the point. The derivatives by a pose are formed as those by its centre P and by a
+// small turn of its axes in the world, R_wc <- Exp(turn) R_wc, and then carried over to the unknowns
+// of the pose update.
 
 #pragma once
 
@@ -35,27 +36,6 @@ inline void pose_row(const CameraFrame& camera, const double* by_centre, const d
   }
 }
 
-// The cameras that a row touches, each once, and the place of its part among them: parts are in
-// order of the cameras.
-struct Touched {
-  std::int32_t observer, main, associate;
-  int count;
-  int observer_part, main_part, associate_part;
-
-  Touched(const ResidualInput& in, Index row) {
-    const Anchors& anchors = in.anchors[in.row_point[row]];
-    observer = in.row_camera[row];
-    main = anchors.main;
-    associate = anchors.associate;
-    const bool other_main = main != observer;
-    const bool other_associate = associate >= 0 && associate != observer;
-    count = 1 + other_main + other_associate;
-    observer_part = (other_main && main < observer) + (other_associate && associate < observer);
-    main_part = (observer < main) + (other_associate && associate < main);
-    associate_part = (observer < associate) + (other_main && main < associate);
-  }
-};
-
 template <Sensor sensor>
 struct AnchoredRows {
   static constexpr int R = residual_size(sensor);
@@ -69,12 +49,12 @@ struct AnchoredRows {
   }
 
   // Calls visit(row, point) for rows [first, last).
-  template <bool derivatives, class Visit>
+  template <class Visit>
   static void for_rows(const ResidualInput& in, Index first, Index last, Visit&& visit) {
     for (Index row = first; row < last;) {
       const std::int32_t at = in.row_point[row];
       AnchoredPoint point;
-      prepare<derivatives>(in, at, point);
+      prepare<false>(in, at, point, nullptr);
       for (; row < last && in.row_point[row] == at; ++row) visit(row, point);
     }
   }
@@ -89,7 +69,7 @@ struct AnchoredRows {
 
   static double cost(const ResidualInput& in, Index first, Index last) {
     double sum = 0;
-    for_rows<false>(in, first, last, [&](Index row, const AnchoredPoint& point) {
+    for_rows(in, first, last, [&](Index row, const AnchoredPoint& point) {
       double r[R];
       residual_of(in, row, point, r);
       sum += squares(r, R);
@@ -98,32 +78,10 @@ struct AnchoredRows {
   }
 
   static void residuals(const ResidualInput& in, double* residual, Index first, Index last) {
-    for_rows<false>(in, first, last, [&](Index row, const AnchoredPoint& point) {
+    for_rows(in, first, last, [&](Index row, const AnchoredPoint& point) {
       residual_of(in, row, point, residual + R * (row - first));
     });
   }
-
-  // One residual's derivatives by centre and turn of every camera its row touches. They add up
-  // where the observer is an anchor.
-  struct ByPose {
-    double centre[3][3] = {};  // by part
-    double turn[3][3] = {};
-
-    // b is the gradient of the residual by D.
-    ByPose(const AnchoredPoint& point, const Touched& touched, const double* b, const double* D) {
-      double by_Pm[3], by_turn[3], own_turn[3];
-      row_times_matrix(b, point.G_Pm, by_Pm);
-      row_times_matrix(b, point.G_turn, by_turn);
-      cross(b, D, own_turn);
-      for (int i = 0; i < 3; ++i) {
-        centre[touched.observer_part][i] -= point.s * b[i];
-        turn[touched.observer_part][i] += own_turn[i];
-        centre[touched.main_part][i] += by_Pm[i] + point.s * b[i];
-        turn[touched.main_part][i] += by_turn[i];
-        if (point.has_associate) centre[touched.associate_part][i] -= by_Pm[i];
-      }
-    }
-  };
 
   static void leaf_row(const AnchoredPoint& point, const double* b, const double* offset,
                        double* J) {
@@ -133,34 +91,31 @@ struct AnchoredRows {
 
   template <PoseUpdate Update>
   static void linearize_row(const ResidualInput& in, const ResidualOutput& out, Index row,
-                            const AnchoredPoint& point) {
-    const Touched touched(in, row);
-    const CameraFrame& observer = in.cameras[touched.observer];
-    const CameraFrame& main = in.cameras[touched.main];
-    const Index part = in.row_parts[row];
+                            const CameraFrame& main, const AnchoredPoint& point) {
+    const CameraFrame& observer = in.cameras[in.row_camera[row]];
     double D[3], X_c[3], A[3 * R], L[6], offset[3];
     ray(point, main, observer, D, X_c);
     Measure<sensor>::residual(observer, X_c, in.observed + R * row, out.residual + R * row, A, L);
     for (int i = 0; i < 3; ++i) offset[i] = main.P[i] - observer.P[i];
     for (int i = 0; i < R; ++i) {
-      double b[3];
+      double b[3], by_centre[3], by_turn[3];  // b is the gradient of the residual by D
       row_times_matrix(A + 3 * i, observer.R_cw, b);
       leaf_row(point, b, offset, out.J_leaf + (R * row + i) * 3);
-      const ByPose by(point, touched, b, D);
-      const auto write = [&](std::int32_t camera, int which) {
-        double* J = out.J_hub + ((part + which) * R + i) * hub_size;
-        pose_row<Update>(in.cameras[camera], by.centre[which], by.turn[which], J);
-        for (int k = 6; k < hub_size; ++k) J[k] = 0;
-      };
-      write(touched.observer, touched.observer_part);
-      if (touched.main != touched.observer) write(touched.main, touched.main_part);
-      if (point.has_associate && touched.associate != touched.observer) {
-        write(touched.associate, touched.associate_part);
-      }
+      for (int k = 0; k < 3; ++k) by_centre[k] = -point.s * b[k];
+      cross(b, D, by_turn);
+      double* J = out.J_hub + (R * row + i) * hub_size;
+      pose_row<Update>(observer, by_centre, by_turn, J);
       if constexpr (sensor == Sensor::pixel_and_lens) {
-        double* J = out.J_hub + ((part + touched.observer_part) * R + i) * hub_size;
         for (int k = 0; k < 3; ++k) J[6 + k] = L[3 * i + k];
       }
+    }
+  }
+
+  template <PoseUpdate Update>
+  static void write_effect(const CameraFrame& camera, const AnchorEffect& effect, double* Z) {
+    for (int i = 0; i < 3; ++i) {
+      pose_row<Update>(camera, effect.by_centre[i], effect.by_turn[i], Z + i * hub_size);
+      for (int k = 6; k < hub_size; ++k) Z[i * hub_size + k] = 0;
     }
   }
 
@@ -168,10 +123,24 @@ struct AnchoredRows {
   static double linearize(const ResidualInput& in, const ResidualOutput& out, Index first,
                           Index last) {
     double sum = 0;
-    for_rows<true>(in, first, last, [&](Index row, const AnchoredPoint& point) {
-      linearize_row<Update>(in, out, row, point);
-      sum += squares(out.residual + R * row, R);
-    });
+    for (Index row = first; row < last;) {
+      const std::int32_t at = in.row_point[row];
+      const Anchors& anchors = in.anchors[at];
+      AnchoredPoint point;
+      AnchorEffect effect[2];
+      prepare<true>(in, at, point, effect);
+      if (row == 0 || in.row_point[row - 1] != at) {
+        double* Z = out.Z + in.first_anchor[at] * 3 * hub_size;
+        write_effect<Update>(in.cameras[anchors.main], effect[0], Z);
+        if (anchors.associate >= 0) {
+          write_effect<Update>(in.cameras[anchors.associate], effect[1], Z + 3 * hub_size);
+        }
+      }
+      for (; row < last && in.row_point[row] == at; ++row) {
+        linearize_row<Update>(in, out, row, in.cameras[anchors.main], point);
+        sum += squares(out.residual + R * row, R);
+      }
+    }
     return 0.5 * sum;
   }
 };

@@ -61,26 +61,12 @@ void Objective::compile_layout(const Problem& problem) {
   const Sensor sensor = sensor_of(formulation_);
   const linalg::BlockSizes sizes = {residual_size(sensor), camera_unknowns(sensor),
                                     Problem::point_size};
-  const std::int64_t cameras = problem.camera_count(), points = problem.point_count();
-  if (!anchored) {
-    layout_ = linalg::make_layout(sizes, cameras, points, rows_.point, rows_.camera);
-    return;
-  }
-  std::vector<std::int64_t> row_parts = {0};
-  std::vector<std::int32_t> part_camera;
-  for (std::size_t row = 0; row < rows_.camera.size(); ++row) {
-    const Anchors& anchors = anchors_[index(rows_.point[row])];
-    std::array<std::int32_t, 3> touched = {rows_.camera[row], anchors.main, anchors.associate};
-    std::sort(touched.begin(), touched.end());
-    std::int32_t previous = -1;  // no associate
-    for (const std::int32_t camera : touched) {
-      if (camera != previous) part_camera.push_back(camera);
-      previous = camera;
-    }
-    row_parts.push_back(static_cast<std::int64_t>(part_camera.size()));
-  }
-  layout_ = linalg::make_layout(sizes, cameras, points, rows_.point, std::move(row_parts),
-                                std::move(part_camera));
+  layout_ = linalg::make_layout(sizes, problem.camera_count(), problem.point_count(), rows_.point,
+                                rows_.camera);
+  if (!anchored) return;
+  std::vector<linalg::LeafAnchors> anchors;
+  for (const Anchors& each : anchors_) anchors.push_back({each.main, each.associate});
+  linalg::anchor_leaves(layout_, anchors);
 }
 
 double Objective::rounding_cost_of(const Problem& problem) const {
@@ -204,7 +190,7 @@ ResidualInput Objective::input(const State& state) const {
           ray ? rays_.data() : pixels_.data(),
           formulation_.points,
           anchors_.data(),
-          layout_.parts.row_parts.data()};
+          layout_.anchorage.begin.data()};
 }
 
 void Objective::set_loss_scale(double scale) {
@@ -239,11 +225,8 @@ double Objective::robust_linearize(const ResidualInput& in, const ResidualOutput
     scale_rows(factor.data(), components, 1, out.residual + size * row);
     scale_rows(factor.data(), components, layout_.leaf_size,
                out.J_leaf + size * row * layout_.leaf_size);
-    for (std::int64_t part = first_part(row); part < first_part(end); ++part) {
-      const std::int64_t of = layout_.several_parts() ? layout_.parts.row[index(part)] : part;
-      scale_rows(factor.data() + size * (of - row), size, layout_.hub_size,
-                 out.J_hub + size * part * layout_.hub_size);
-    }
+    scale_rows(factor.data(), components, layout_.hub_size,
+               out.J_hub + size * row * layout_.hub_size);
   }
   return 0.5 * sum;
 }
@@ -261,14 +244,17 @@ double Objective::cost(const State& state) {
 double Objective::linearize(const State& state, double* residual, linalg::BlockJacobian& J) {
   update_frames(state);
   const ResidualInput in = input(state);
-  const ResidualOutput out = {residual, J.hub_blocks.data(), J.leaf_blocks.data()};
-  return linalg::parallel_sum(
+  const ResidualOutput out = {residual, J.hub_blocks.data(), J.leaf_blocks.data(),
+                              J.anchor_blocks.data()};
+  const double cost = linalg::parallel_sum(
       pool_, layout_.rows, row_grain, [&](std::int64_t first, std::int64_t last) {
         const double sum = loss_.kind == Loss::none ? kernels_.linearize(in, out, first, last)
                                                     : robust_linearize(in, out, first, last);
         clear_fixed(first, last, J);
         return sum;
       });
+  clear_fixed_anchors(J);
+  return cost;
 }
 
 double Objective::pixel_cost(const State& state) {
@@ -285,10 +271,6 @@ double Objective::pixel_cost(const State& state) {
       [&](std::int64_t first, std::int64_t last) { return kernels.cost(in, first, last); });
 }
 
-std::int64_t Objective::first_part(std::int64_t row) const {
-  return layout_.several_parts() ? layout_.parts.row_parts[index(row)] : row;
-}
-
 // Unknowns that stay as they are have no derivative, hence no gradient and no step.
 void Objective::clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const {
   const int numbers = layout_.row_size * layout_.leaf_size;
@@ -296,21 +278,25 @@ void Objective::clear_fixed(std::int64_t first, std::int64_t last, linalg::Block
     if (fixed_points_[index(rows_.point[index(row)])] == 0) continue;
     std::fill_n(J.leaf_blocks.data() + row * numbers, numbers, 0.0);
   }
-  if (still_.empty()) return;
-  for (std::int64_t part = first_part(first); part < first_part(last); ++part) {
-    const std::int32_t camera =
-        layout_.several_parts() ? layout_.parts.hub[index(part)] : rows_.camera[index(part)];
-    clear_part(part, still_[index(camera)], J);
+  for (std::int64_t row = first; row < last && !still_.empty(); ++row) {
+    clear_columns(still_[index(rows_.camera[index(row)])], layout_.row_size,
+                  J.hub_blocks.data() + row * layout_.row_size * layout_.hub_size);
   }
 }
 
-void Objective::clear_part(std::int64_t part, unsigned mask, linalg::BlockJacobian& J) const {
-  const int size = layout_.hub_size;
-  for (int k = 0; mask != 0 && k < size; ++k) {
+// The same of anchors, once all of Z is there.
+void Objective::clear_fixed_anchors(linalg::BlockJacobian& J) const {
+  for (std::int64_t k = 0; k < layout_.anchors() && !still_.empty(); ++k) {
+    const std::int64_t coupling = layout_.anchorage.coupling[index(k)];
+    clear_columns(still_[index(layout_.hub_side.block[index(coupling)])], layout_.leaf_size,
+                  J.anchor_blocks.data() + k * layout_.leaf_size * layout_.hub_size);
+  }
+}
+
+void Objective::clear_columns(unsigned mask, int rows, double* block) const {
+  for (int k = 0; mask != 0 && k < layout_.hub_size; ++k) {
     if ((mask >> k & 1U) == 0) continue;
-    for (int i = 0; i < layout_.row_size; ++i) {
-      J.hub_blocks[index((part * layout_.row_size + i) * size + k)] = 0;
-    }
+    for (int i = 0; i < rows; ++i) block[i * layout_.hub_size + k] = 0;
   }
 }
 

@@ -89,12 +89,12 @@ class Objective {
   void update_frames(const State& state);
   unsigned fixed_mask(std::int64_t camera) const;
   void clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const;
-  void clear_part(std::int64_t part, unsigned mask, linalg::BlockJacobian& J) const;
+  void clear_fixed_anchors(linalg::BlockJacobian& J) const;
+  void clear_columns(unsigned mask, int rows, double* block) const;
   ResidualInput input(const State& state) const;
   double robust_cost(const ResidualInput& in, std::int64_t first, std::int64_t last) const;
   double robust_linearize(const ResidualInput& in, const ResidualOutput& out, std::int64_t first,
                           std::int64_t last) const;
-  std::int64_t first_part(std::int64_t row) const;
 
   Formulation formulation_;
   RobustLoss loss_;

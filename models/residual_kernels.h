@@ -27,16 +27,20 @@ struct ResidualInput {
   const std::int32_t* row_point;
   const double* observed;
   PointModel model;
-  const Anchors* anchors;         ///< per point; null for xyz
-  const std::int64_t* row_parts;  ///< first part of each row; null for xyz, where it is the row
+  const Anchors* anchors;  ///< per point; null for xyz
+  const std::int64_t*
+      first_anchor;  ///< per point: place of its main anchor's block in Z, then that
+                     ///< of its associate; null for xyz
 };
 
-/// What linearisation writes: row by row the residual (2 or 3 numbers) and J_leaf (3 columns), part
-/// by part J_hub (9 columns: rotation, translation, lens, or 6 without lens).
+/// What linearisation writes: row by row the residual (2 or 3 numbers), J_hub (9 columns: rotation,
+/// translation, lens, or 6 without lens) and J_leaf (3 columns), and of points whose first row is
+/// in the range Z: what a step of an anchor is worth in steps of the point (3 x 9 or 3 x 6 each).
 struct ResidualOutput {
   double* residual;
   double* J_hub;
   double* J_leaf;
+  double* Z;
 };
 
 /// Over rows [first, last).

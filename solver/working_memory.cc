@@ -13,7 +13,7 @@ constexpr double word = 8;
 struct Sizes {
   double rows, cameras, points;
   double residuals;  // of a row
-  double parts;      // of a row: the cameras it touches, at most
+  double anchors;    // of a point, at most
   double camera_unknowns() const { return 9 * cameras; }
   double point_unknowns() const { return 3 * points; }
   double unknowns() const { return camera_unknowns() + point_unknowns(); }
@@ -22,12 +22,12 @@ struct Sizes {
 /// What every method has: objective, layout, states, Jacobian, normal equations, vectors.
 double engine(const Sizes& n) {
   const double objective = (32 + 24) * n.rows + 256 * n.cameras + 8 * n.points;
-  const double several = n.parts > 1 ? 20 * n.parts * n.rows + 8 * n.rows : 0;
-  const double layout = 24 * n.rows + several + 2 * word * (n.cameras + n.points);
+  const double anchorage = n.anchors > 0 ? word * n.rows + (n.anchors + 1) * word * n.points : 0;
+  const double layout = 24 * n.rows + anchorage + 2 * word * (n.cameras + n.points);
   const double states = 2 * word * (n.unknowns() + n.points);
-  const double jacobian = n.residuals * (9 * n.parts + 3) * word * n.rows;
+  const double jacobian = n.residuals * 12 * word * n.rows + 27 * n.anchors * word * n.points;
   const double residuals = 2 * n.residuals * word * n.rows;
-  const double blocks = word * (81 * n.cameras + 9 * n.points);
+  const double blocks = word * ((n.anchors > 0 ? 2 : 1) * 81 * n.cameras + 9 * n.points);
   const double vectors = 4 * word * n.unknowns();
   return objective + layout + states + jacobian + residuals + blocks + vectors;
 }
@@ -38,7 +38,7 @@ double eliminated_side(const Sizes& n, Elimination elimination) {
   const bool points = elimination == Elimination::points;
   const double size = points ? 3 : 9;
   const double blocks = points ? n.points : n.cameras;
-  const double W = n.parts > 1 ? 27 * (n.rows + 2 * n.points) : 0;
+  const double W = n.anchors > 0 ? 27 * n.rows + 3 * n.points : 0;
   return word * (size * size * blocks + n.residuals * size * n.rows + size * blocks + W);
 }
 
@@ -67,9 +67,9 @@ double diagnosis(const Sizes& n, const Options& options) {
   return eliminated_side(n, Elimination::points) + 3 * word * n.unknowns();
 }
 
-double most_parts(PointModel points) {
-  if (points == PointModel::xyz) return 1;
-  return points == PointModel::idp ? 2 : 3;
+double most_anchors(PointModel points) {
+  if (points == PointModel::xyz) return 0;
+  return points == PointModel::idp ? 1 : 2;
 }
 
 /// What belongs to the methods: a dogleg has both ends of its path and their products.
@@ -81,10 +81,10 @@ double dogleg(const Sizes& n, const MethodTraits& method) {
 }  // namespace
 
 double working_memory(const Problem& problem, const Options& options) {
-  const Sizes n = {static_cast<double>(problem.observation_count()),
-                   static_cast<double>(problem.camera_count()),
-                   static_cast<double>(problem.point_count()),
-                   options.objective == ObjectiveKind::ray ? 3.0 : 2.0, most_parts(options.points)};
+  const Sizes n = {
+      static_cast<double>(problem.observation_count()), static_cast<double>(problem.camera_count()),
+      static_cast<double>(problem.point_count()),
+      options.objective == ObjectiveKind::ray ? 3.0 : 2.0, most_anchors(options.points)};
   const double scaling =
       options.scaling.value_or(DiagonalMatrix::identity) == DiagonalMatrix::identity
           ? 0

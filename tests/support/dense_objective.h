@@ -6,7 +6,6 @@
 #include <raybundle/models/problem.h>
 
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -72,32 +71,35 @@ class DenseObjective {
       const std::int64_t hub = std::int64_t{layout.hub_side.block[index(c)]} * layout.hub_size;
       const std::int64_t leaf = layout.offset(linalg::Side::leaves) +
                                 std::int64_t{layout.leaf_side.block[index(c)]} * layout.leaf_size;
-      for (const auto& [part, row] : parts_of(c)) {
-        place(J_.hub_blocks, part, row, hub, layout.hub_size);
+      const bool repeats = !layout.coupling_rows.empty();
+      const std::int64_t first = repeats ? layout.coupling_rows[index(c)] : c;
+      const std::int64_t last = repeats ? layout.coupling_rows[index(c + 1)] : c + 1;
+      for (std::int64_t row = first; row < last; ++row) {
+        place(J_.hub_blocks, row, row, hub, layout.hub_size);
         place(J_.leaf_blocks, row, row, leaf, layout.leaf_size);
       }
     }
+    if (layout.anchored()) add_anchors(dense);
     return dense;
   }
 
  private:
-  // Part and row of what a coupling consists of.
-  std::vector<std::pair<std::int64_t, std::int64_t>> parts_of(std::int64_t c) const {
+  // What all rows of a leaf feel of its anchors: J_leaf Z.
+  void add_anchors(Eigen::MatrixXd& dense) const {
     using linalg::index;
     const linalg::BlockLayout& layout = objective_.layout();
-    std::vector<std::pair<std::int64_t, std::int64_t>> result;
-    if (layout.several_parts()) {
-      const linalg::RowParts& parts = layout.parts;
-      for (auto k = parts.coupling_begin[index(c)]; k < parts.coupling_begin[index(c + 1)]; ++k) {
-        result.emplace_back(parts.list[index(k)], parts.row[index(parts.list[index(k)])]);
+    using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    const Eigen::Index K = layout.hub_size, E = layout.leaf_size;
+    for (std::int64_t l = 0; l < layout.leaves; ++l) {
+      const Eigen::MatrixXd J_leaf =
+          dense.middleCols(layout.offset(linalg::Side::leaves) + l * E, E);
+      for (auto k = layout.anchorage.begin[index(l)]; k < layout.anchorage.begin[index(l + 1)];
+           ++k) {
+        const Eigen::Map<const Block> Z(J_.anchor_blocks.data() + k * E * K, E, K);
+        const std::int64_t coupling = layout.anchorage.coupling[index(k)];
+        dense.middleCols(layout.hub_side.block[index(coupling)] * K, K) += J_leaf * Z;
       }
-      return result;
     }
-    const bool repeats = !layout.coupling_rows.empty();
-    const std::int64_t first = repeats ? layout.coupling_rows[index(c)] : c;
-    const std::int64_t last = repeats ? layout.coupling_rows[index(c + 1)] : c + 1;
-    for (std::int64_t row = first; row < last; ++row) result.emplace_back(row, row);
-    return result;
   }
 
   linalg::ThreadPool pool_;
