@@ -12,13 +12,15 @@ NormalEquations::NormalEquations(const BlockLayout& block_layout)
   if (!layout->anchored()) return;
   own_B.resize(B.size());
   own_gradient.resize(index(layout->size(Side::hubs)));
+  products.resize(index(layout->anchors() * (layout->leaf_size + 1) * layout->hub_size));
 }
 
 void NormalEquations::form(const BlockJacobian& J, const double* r, ThreadPool& pool) {
   const BlockKernels& kernels = block_kernels(*layout);
   const NormalView normal = {B.data(),        C.data(),
                              gradient.data(), gradient.data() + layout->offset(Side::leaves),
-                             own_B.data(),    own_gradient.data()};
+                             own_B.data(),    own_gradient.data(),
+                             products.data()};
   for (const Side side : {Side::leaves, Side::hubs}) {  // anchors take from their leaves
     const auto kernel =
         side == Side::hubs ? kernels.normal_blocks_hubs : kernels.normal_blocks_leaves;

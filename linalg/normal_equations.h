@@ -34,6 +34,7 @@ struct NormalEquations {
   std::vector<double> gradient;  ///< hubs, then leaves
   std::vector<double> own_B;     ///< hubs x (hub_size x hub_size); empty without anchors
   std::vector<double> own_gradient;
+  std::vector<double> products;  ///< see NormalView
 };
 
 }  // namespace raybundle::linalg

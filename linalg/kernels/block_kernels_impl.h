@@ -109,6 +109,12 @@ struct Blocks {
       squares<R, E>(J.leaves, J.J_leaf, r, b, block, gradient);
       store_block<E>(block, normal.C + b * E * E);
       gradient.store(normal.g_leaf + b * E);
+      if constexpr (anchored) {
+        for (Index k = J.anchors.begin[b]; k < J.anchors.begin[b + 1]; ++k) {
+          anchor_products(J, k, normal.C + b * E * E, normal.g_leaf + b * E,
+                          normal.products + k * (E + 1) * K);
+        }
+      }
     }
   }
 
@@ -120,43 +126,56 @@ struct Blocks {
       if constexpr (anchored) {
         store_block<K>(block, normal.own_B + b * K * K);
         gradient.store(normal.own_g_hub + b * K);
-        for_couplings(J.hubs, b, [&](Index c) {
-          const Index k = J.anchors.of_coupling[c];
-          if (k < 0) return;
-          const Index leaf = J.leaves.block[c];
-          add_anchor_block(J, c, k, normal.C + leaf * E * E, block);
-          add_anchor_transposed<K, E>(J.anchors, k, normal.g_leaf + leaf * E, gradient);
-        });
+        add_anchors(J, b, normal.products, block, gradient);
       }
       store_block<K>(block, normal.B + b * K * K);
       gradient.store(normal.g_hub + b * K);
     }
   }
 
-  // B += E Z + Z^T E^T + Z^T C Z of one anchor, with E = J_hub^T J_leaf of its coupling.
-  [[gnu::always_inline]] static void add_anchor_block(const JacobianView& J, Index c, Index k,
-                                                      const double* C, Row<K>* B) {
-    Row<K> E_transposed[E] = {}, Z[E];
-    for_rows_of(J.hubs, c, [&](Index row) {
+  // See NormalView.
+  [[gnu::always_inline]] static void anchor_products(const JacobianView& J, Index k,
+                                                     const double* C, const double* g,
+                                                     double* products) {
+    Row<K> F[E] = {}, Zg = {};
+    for_rows_of(J.leaves, J.anchors.coupling[k], [&](Index row) {
       for (Index i = row * R; i < (row + 1) * R; ++i) {
         const auto x = Row<K>::load(J.J_hub + i * K);
-        for (int j = 0; j < E; ++j) E_transposed[j].add(J.J_leaf[i * E + j], x);
+        for (int j = 0; j < E; ++j) F[j].add(J.J_leaf[i * E + j], x);
       }
     });
-    const double* Z_k = J.anchors.Z + k * E * K;
-    double E_t[E * K];
-    for (int j = 0; j < E; ++j) {
-      Z[j] = Row<K>::load(Z_k + j * K);
-      E_transposed[j].store(E_t + j * K);
+    for (int m = 0; m < E; ++m) {
+      const auto Z = Row<K>::load(J.anchors.Z + (k * E + m) * K);
+      for (int j = 0; j < E; ++j) F[j].add(0.5 * C[j * E + m], Z);
+      Zg.add(g[m], Z);
     }
-    for (int j = 0; j < E; ++j) {
-      for (int m = 0; m < E; ++m) E_transposed[j].add(C[j * E + m], Z[m]);
-    }
-    for (int i = 0; i < K; ++i) {
-      for (int j = 0; j < E; ++j) {
-        B[i].add(E_t[j * K + i], Z[j]);
-        B[i].add(Z_k[j * K + i], E_transposed[j]);
+    for (int j = 0; j < E; ++j) F[j].store(products + j * K);
+    Zg.store(products + E * K);
+  }
+
+  [[gnu::always_inline]] static void add_anchors(const JacobianView& J, Index b,
+                                                 const double* products, Row<K>* B, Row<K>& g) {
+    constexpr int size = (E + 1) * K;
+    for (Index p = J.hubs.begin[b]; p < J.hubs.begin[b + 1]; ++p) {
+      const Index ahead = coupling_ahead(J.hubs, b, p);
+      const Index next = ahead >= 0 ? J.anchors.of_coupling[ahead] : -1;
+      if (next >= 0) {
+        prefetch<E * K * 8>(J.anchors.Z + next * E * K);
+        prefetch<size * 8>(products + next * size);
       }
+      const Index k = J.anchors.of_coupling[coupling(J.hubs, p)];
+      if (k < 0) continue;
+      const double* Z = J.anchors.Z + k * E * K;
+      const double* F = products + k * size;
+      for (int j = 0; j < E; ++j) {
+        const auto Z_j = Row<K>::load(Z + j * K), F_j = Row<K>::load(F + j * K);
+#pragma GCC unroll 12
+        for (int i = 0; i < K; ++i) {
+          B[i].add(F[j * K + i], Z_j);
+          B[i].add(Z[j * K + i], F_j);
+        }
+      }
+      g.add(1, Row<K>::load(F + E * K));
     }
   }
 };

@@ -115,6 +115,8 @@ struct CouplingProducts<R, K, E, true> {
 
   [[gnu::always_inline]] static void prefetch_coupling(const EliminationView& view, Index c) {
     prefetch<E * K * 8>(view.W + c * E * K);
+    const Index anchor = view.anchors.of_coupling[c];
+    if (anchor >= 0) prefetch<E * K * 8>(view.anchors.Z + anchor * E * K);
   }
 
   // v -= W y.
@@ -128,25 +130,37 @@ struct CouplingProducts<R, K, E, true> {
   // A -= W_a W_b^T - Z_a^T D Z_b.
   [[gnu::always_inline]] static void subtract(const EliminationView& view, Index e, Index c,
                                               Index other, double* A, Index stride) {
-    subtract_product(view.W + c * E * K, view.W + other * E * K, A, stride);
+    const double* W_a = view.W + c * E * K;
+    const double* W_b = view.W + other * E * K;
     const Index a = view.anchors.of_coupling[c], b = view.anchors.of_coupling[other];
-    if (a < 0 || b < 0) return;
-    double left[E * K];  // -D Z_a
-    for (int k = 0; k < E * K; ++k) {
-      left[k] = -view.D[e * E + k / K] * view.anchors.Z[a * E * K + k];
+    if (a < 0 || b < 0) {
+      Row<K> right[E];
+      for (int k = 0; k < E; ++k) right[k] = Row<K>::load(W_b + k * K);
+      subtract_product<E>(W_a, right, A, stride);
+      return;
     }
-    subtract_product(left, view.anchors.Z + b * E * K, A, stride);
+    double left[2 * E * K];
+    Row<K> right[2 * E];
+    for (int k = 0; k < E; ++k) {
+      const double d = -view.D[e * E + k];
+      for (int i = 0; i < K; ++i) {
+        left[k * K + i] = W_a[k * K + i];
+        left[(E + k) * K + i] = d * view.anchors.Z[(a * E + k) * K + i];
+      }
+      right[k] = Row<K>::load(W_b + k * K);
+      right[E + k] = Row<K>::load(view.anchors.Z + (b * E + k) * K);
+    }
+    subtract_product<2 * E>(left, right, A, stride);
   }
 
-  // A -= left^T right, both of E rows.
-  [[gnu::always_inline]] static void subtract_product(const double* left, const double* right_rows,
+  // A -= left^T right.
+  template <int rows>
+  [[gnu::always_inline]] static void subtract_product(const double* left, const Row<K>* right,
                                                       double* A, Index stride) {
-    Row<K> right[E];
-    for (int k = 0; k < E; ++k) right[k] = Row<K>::load(right_rows + k * K);
 #pragma GCC unroll 12
     for (int i = 0; i < K; ++i) {
       auto sum = Row<K>::load(A + i * stride);
-      for (int k = 0; k < E; ++k) sum.add(-left[k * K + i], right[k]);
+      for (int k = 0; k < rows; ++k) sum.add(-left[k * K + i], right[k]);
       sum.store(A + i * stride);
     }
   }

@@ -43,8 +43,9 @@ struct JacobianView {
   AnchorView anchors;
 };
 
-/// Where normal equations go: J^T J by hub and by leaf, and J^T r. What the rows of a hub alone
-/// make, without anchors, is kept beside it; null where there are none.
+/// Where normal equations go: J^T J by hub and by leaf, and J^T r. The rest is null without anchors:
+/// what the rows of a hub alone make, and by anchor, leaf x hub and one row more, the products
+///   F = J_leaf^T J_hub + 1/2 C Z  and  Z^T g_leaf,  so that B = own B + sum of F^T Z + Z^T F.
 struct NormalView {
   double* B;
   double* C;
@@ -52,6 +53,7 @@ struct NormalView {
   double* g_leaf;
   double* own_B;
   double* own_g_hub;
+  double* products;
 };
 
 /// What one elimination works on: the Jacobian blocks of both sides, the damping of the eliminated
@@ -87,10 +89,10 @@ struct BlockKernels {
   /// y = J_leaf^T u for leaves [first, last).
   void (*transpose_multiply_leaves)(const JacobianView& J, const double* u, std::int64_t first,
                                     std::int64_t last, double* y);
-  /// B and g_hub of hubs [first, last); C and g_leaf of all leaves are there.
+  /// B and g_hub of hubs [first, last); the products of all leaves are there.
   void (*normal_blocks_hubs)(const JacobianView& J, const double* r, std::int64_t first,
                              std::int64_t last, const NormalView& normal);
-  /// C and g_leaf of leaves [first, last).
+  /// C, g_leaf and products of leaves [first, last).
   void (*normal_blocks_leaves)(const JacobianView& J, const double* r, std::int64_t first,
                                std::int64_t last, const NormalView& normal);
 };
