@@ -44,20 +44,21 @@ Objective::Objective(const Problem& problem, const Formulation& formulation,
   rounding_cost_ = rounding_cost_of(problem);
   still_ = fixed_camera_parameters_;
   if (formulation.gauge == Gauge::fixed) hold_gauge(problem);
+  if (is_anchored(formulation.points) && !fixed_points_.empty()) places_ = problem.points;
 }
 
 void Objective::compile_layout(const Problem& problem) {
   const bool anchored = is_anchored(formulation_.points);
   const bool ray = formulation_.objective == ObjectiveKind::ray;
-  if (ray) {
-    rays_ = in_row_order(rows_, observed_rays(problem), 3);
-    if (formulation_.ray_weight == RayWeight::focal) {
-      for (std::size_t i = 0; i < rays_.size(); ++i) {
-        rays_[i] *= std::abs(problem.cameras[9 * index(rows_.camera[i / 3]) + 6]);
-      }
+  if (ray) rays_ = in_row_order(rows_, observed_rays(problem), 3);
+  if (anchored) {
+    choose_all_anchors(problem, ray ? rays_ : in_row_order(rows_, apparent_rays(problem), 3));
+  }
+  if (ray && formulation_.ray_weight == RayWeight::focal) {
+    for (std::size_t i = 0; i < rays_.size(); ++i) {
+      rays_[i] *= std::abs(problem.cameras[9 * index(rows_.camera[i / 3]) + 6]);
     }
   }
-  if (anchored) choose_all_anchors(problem, in_row_order(rows_, apparent_rays(problem), 3));
   const Sensor sensor = sensor_of(formulation_);
   const linalg::BlockSizes sizes = {residual_size(sensor), camera_unknowns(sensor),
                                     Problem::point_size};
@@ -271,11 +272,12 @@ double Objective::pixel_cost(const State& state) {
       [&](std::int64_t first, std::int64_t last) { return kernels.cost(in, first, last); });
 }
 
-// Unknowns that stay as they are have no derivative, hence no gradient and no step.
+// Unknowns that stay as they are have no derivative, hence no gradient and no step. Nor do anchors
+// move a point that stays.
 void Objective::clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const {
   const int numbers = layout_.row_size * layout_.leaf_size;
   for (std::int64_t row = first; row < last && !fixed_points_.empty(); ++row) {
-    if (fixed_points_[index(rows_.point[index(row)])] == 0) continue;
+    if (!is_fixed(rows_.point[index(row)])) continue;
     std::fill_n(J.leaf_blocks.data() + row * numbers, numbers, 0.0);
   }
   for (std::int64_t row = first; row < last && !still_.empty(); ++row) {

@@ -86,6 +86,10 @@ class Objective {
   void choose_all_anchors(const Problem& problem, const std::vector<double>& rays);
   template <class Place>
   void place_points(State& state, Place&& place) const;
+  bool is_fixed(std::int64_t point) const {
+    return !fixed_points_.empty() && fixed_points_[linalg::index(point)] != 0;
+  }
+  void hold_points(State& state) const;
   void update_frames(const State& state);
   unsigned fixed_mask(std::int64_t camera) const;
   void clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const;
@@ -111,6 +115,7 @@ class Objective {
   std::vector<std::uint16_t> fixed_camera_parameters_;
   std::vector<std::uint16_t> still_;  // the same, and what the gauge holds; empty: nothing
   std::vector<std::uint8_t> fixed_points_;
+  std::vector<double> places_;  // in the world, of anchored points, where some are fixed
 };
 
 }  // namespace raybundle

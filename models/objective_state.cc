@@ -66,7 +66,19 @@ State Objective::state_from_rays(const Problem& problem) const {
     }
     from_rays(formulation_.points, ray, poses.of(best.anchors), stored);
   });
+  hold_points(state);
   return state;
+}
+
+// Fixed points stay where they are in the world, wherever their anchors went.
+void Objective::hold_points(State& state) const {
+  if (fixed_points_.empty()) return;
+  if (!is_anchored(formulation_.points)) return;
+  const CameraPoses poses(state.cameras);
+  place_points(state, [&](std::int64_t i, double* stored) {
+    if (!is_fixed(i)) return;
+    from_world(formulation_.points, places_.data() + 3 * i, poses.of(anchors_[index(i)]), stored);
+  });
 }
 
 void Objective::write(State state, Problem& problem) const {
@@ -76,8 +88,7 @@ void Objective::write(State state, Problem& problem) const {
     const CameraPoses poses(state.cameras);
     const int stored = stored_size(formulation_.points);
     for (std::int64_t i = 0; i < layout_.leaves; ++i) {
-      const bool fixed = !fixed_points_.empty() && fixed_points_[index(i)] != 0;
-      if (fixed || anchors_[index(i)].main < 0) continue;
+      if (is_fixed(i) || anchors_[index(i)].main < 0) continue;
       to_world(formulation_.points, state.points.data() + i * stored, poses.of(anchors_[index(i)]),
                problem.points.data() + 3 * i);
     }
@@ -109,13 +120,14 @@ void Objective::retract(const State& state, const double* step, State& next) {
     for (std::int64_t i = first; i < last; ++i) {
       const double* point = state.points.data() + i * stored;
       double* moved = next.points.data() + i * stored;
-      if (!fixed_points_.empty() && fixed_points_[index(i)] != 0) {
+      if (is_fixed(i)) {
         std::copy_n(point, stored, moved);
       } else {
         retract_point(formulation_.points, point, delta + 3 * i, moved);
       }
     }
   });
+  hold_points(next);
 }
 
 double Objective::relative_step(const State& state, const double* step, double tolerance) const {

@@ -16,6 +16,7 @@
 #include <raybundle/models/io/bal.h>
 #include <raybundle/models/statistics.h>
 #include <raybundle/tests/support/dense_objective.h>
+#include <raybundle/tests/support/numeric_jacobian.h>
 #include <raybundle/tests/support/random_problem.h>
 #include <raybundle/tests/support/small_problem.h>
 #include <raybundle/tests/support/temporary_folder.h>
@@ -117,6 +118,35 @@ TEST(FixedParameters, KeepTheirBits) {
         }
       }
     }
+  }
+}
+
+// A fixed point stays in the world, not where its anchors see it.
+TEST(FixedParameters, AnchoredPointsStayWhileTheirAnchorsMove) {
+  Problem problem = small_problem({.seed = 1, .cameras = 5, .points = 10});
+  problem.fixed_points.assign(10, 0);
+  problem.fixed_points[0] = problem.fixed_points[9] = 1;
+  for (const PointModel points : {PointModel::idp, PointModel::pba, PointModel::pmba}) {
+    DenseObjective dense(problem, {.lens = Lens::fixed, .points = points});
+    VectorXd step = random_step(dense.objective().layout().unknowns(), 0.02, 3);
+    for (const int i : {0, 9}) step.segment(30 + 3 * i, 3).setZero();
+    Problem moved = problem;
+    dense.objective().write(dense.after(step), moved);
+    for (const std::size_t i : {0U, 9U}) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        EXPECT_TRUE(same_bits(moved.points[3 * i + k], problem.points[3 * i + k]));
+      }
+    }
+    const double expected = reprojection_statistics(moved).cost;
+    EXPECT_NEAR(dense.cost_after(step), expected, 1e-9 * expected);
+    const MatrixXd numeric = test::numeric_jacobian(
+        [&](const VectorXd& delta) {
+          VectorXd held = delta;
+          for (const int i : {0, 9}) held.segment(30 + 3 * i, 3).setZero();
+          return dense.residual_after(held);
+        },
+        VectorXd::Zero(step.size()), 0.01);
+    EXPECT_LE((dense.jacobian() - numeric).norm(), 1e-7 * numeric.norm());
   }
 }
 
