@@ -3,7 +3,8 @@
 // angle alpha between the two,
 //   sigma = |v x w| = |v| sin(alpha),   delta = v . w = |v| cos(alpha),
 //   k = |v| sin(alpha - theta) = sigma cos(theta) - delta sin(theta)      [Liu18, Eq. 2]
-// and G = k w. Turning w by a small angle towards the unit vector q = (v - delta w) / sigma lowers
+// and G = k w. The main anchor itself sees w, with any factor: k may pass through 0 and below, where
+// D would turn round. Turning w by a small angle towards the unit vector q = (v - delta w) / sigma lowers
 // alpha by as much, hence
 //   dk/dtheta = -(sigma sin(theta) + delta cos(theta)),   dk = dk/dtheta (q . dw).
 // Where v and w are parallel q is any; 0 is taken.
@@ -23,9 +24,12 @@ namespace {
 struct AnchoredPoint {
   double G[3];
   double s;
+  double w[3];
   // The rest are derivatives.
   double s_first;       // of s, by the first unknown (inverse distance or theta)
   double G_leaf[3][3];  // of G, by each unknown
+  double w_leaf[2][3];  // of w, by the unknowns of the direction
+  double inverse_distance;
 };
 
 // The step of a point that is worth a step of an anchor: by centre and by turn (Exp(turn) R_wc) of
@@ -131,13 +135,15 @@ inline void prepare(const ResidualInput& in, Index index, AnchoredPoint& point,
   const CameraFrame& main = in.cameras[anchors.main];
   const double* stored = in.points + index * stored_size(in.model);
   const double first = stored[stored_size(in.model) - 1];
-  double w[3], w_leaf[2][3];
+  double* w = point.w;
+  double(*w_leaf)[3] = point.w_leaf;
   direction<derivatives>(in.model, main, stored, w, w_leaf);
   if (anchors.associate < 0) {  // G = w and s = the inverse distance
     for (int i = 0; i < 3; ++i) point.G[i] = w[i];
     point.s = first;
     if constexpr (derivatives) {
       point.s_first = 1;
+      point.inverse_distance = first;
       for (int i = 0; i < 3; ++i) {
         point.G_leaf[0][i] = 0;
         for (int j = 0; j < 2; ++j) point.G_leaf[1 + j][i] = w_leaf[j][i];
@@ -159,6 +165,7 @@ inline void prepare(const ResidualInput& in, Index index, AnchoredPoint& point,
       for (int i = 0; i < 3; ++i) point.G_leaf[1 + j][i] = along * w[i] + at.k * w_leaf[j][i];
     }
     const double to_main = bounded_ratio(at.sine, at.k, at.baseline);
+    point.inverse_distance = to_main;
     const double to_associate = bounded_ratio(at.sine, at.sigma, at.baseline);
     main_effect(in.model, w, w_leaf, to_main, effect[0]);
     effect[1] = {};

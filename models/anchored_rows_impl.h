@@ -1,7 +1,7 @@
 // Rows of anchored points: each touches the camera that observes and the point, and feels the
 // anchors through the point. The derivatives by a pose are formed as those by its centre P and by a
-// small turn of its axes in the world, R_wc <- Exp(turn) R_wc, and then carried over to the unknowns
-// of the pose update.
+// small turn of its axes in the world, R_wc <- Exp(turn) R_wc, and then carried over to the
+// unknowns of the pose update.
 
 #pragma once
 
@@ -44,7 +44,10 @@ struct AnchoredRows {
   // D, the ray from the observer in the world, and the same in its frame.
   static void ray(const AnchoredPoint& point, const CameraFrame& main, const CameraFrame& observer,
                   double* D, double* X_c) {
-    for (int i = 0; i < 3; ++i) D[i] = point.G[i] + point.s * (main.P[i] - observer.P[i]);
+    const bool own = &main == &observer;
+    for (int i = 0; i < 3; ++i) {
+      D[i] = own ? point.w[i] : point.G[i] + point.s * (main.P[i] - observer.P[i]);
+    }
     matrix_times(observer.R_cw, D, X_c);
   }
 
@@ -83,25 +86,37 @@ struct AnchoredRows {
     });
   }
 
+  // The derivatives of one residual by the point, with b its gradient by D.
   static void leaf_row(const AnchoredPoint& point, const double* b, const double* offset,
                        double* J) {
     for (int k = 0; k < 3; ++k) J[k] = dot(b, point.G_leaf[k]);
     J[0] += point.s_first * dot(b, offset);
+  }
+  static void own_leaf_row(const AnchoredPoint& point, const double* b, double* J) {
+    J[0] = 0;
+    for (int k = 0; k < 2; ++k) J[1 + k] = dot(b, point.w_leaf[k]);
   }
 
   template <PoseUpdate Update>
   static void linearize_row(const ResidualInput& in, const ResidualOutput& out, Index row,
                             const CameraFrame& main, const AnchoredPoint& point) {
     const CameraFrame& observer = in.cameras[in.row_camera[row]];
+    const bool own = &main == &observer;
+    const double s = own ? point.inverse_distance : point.s;
     double D[3], X_c[3], A[3 * R], L[6], offset[3];
     ray(point, main, observer, D, X_c);
     Measure<sensor>::residual(observer, X_c, in.observed + R * row, out.residual + R * row, A, L);
     for (int i = 0; i < 3; ++i) offset[i] = main.P[i] - observer.P[i];
     for (int i = 0; i < R; ++i) {
-      double b[3], by_centre[3], by_turn[3];  // b is the gradient of the residual by D
+      double b[3], by_centre[3], by_turn[3];
+      double* J_leaf = out.J_leaf + (R * row + i) * 3;
       row_times_matrix(A + 3 * i, observer.R_cw, b);
-      leaf_row(point, b, offset, out.J_leaf + (R * row + i) * 3);
-      for (int k = 0; k < 3; ++k) by_centre[k] = -point.s * b[k];
+      if (own) {
+        own_leaf_row(point, b, J_leaf);
+      } else {
+        leaf_row(point, b, offset, J_leaf);
+      }
+      for (int k = 0; k < 3; ++k) by_centre[k] = -s * b[k];
       cross(b, D, by_turn);
       double* J = out.J_hub + (R * row + i) * hub_size;
       pose_row<Update>(observer, by_centre, by_turn, J);

@@ -43,7 +43,7 @@ struct JacobianView {
   AnchorView anchors;
 };
 
-/// Where normal equations go: J^T J by hub and by leaf, and J^T r. The rest is null without anchors:
+/// Where normal equations go: J^T J by hub and by leaf, J^T r. The rest is null without anchors:
 /// what the rows of a hub alone make, and by anchor, leaf x hub and one row more, the products
 ///   F = J_leaf^T J_hub + 1/2 C Z  and  Z^T g_leaf,  so that B = own B + sum of F^T Z + Z^T F.
 struct NormalView {
