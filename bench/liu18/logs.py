@@ -117,7 +117,7 @@ class Results:
 
     def start_camera(self, data_set):
         """RMSE of the start's camera centres."""
-        data = load(self.folder / data_set / "problems" / (data_set + ".eval.json")) or {}
+        data = load(self.folder / data_set / "start.eval.json") or {}
         return (data.get("truth") or {}).get("camera_rmse")
 
     def streets(self):

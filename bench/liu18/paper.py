@@ -21,9 +21,14 @@ def add_options(parser):
                              "[../shared/data/parallaxba; what is not there is not run]")
 
 
+    parser.add_argument("--scale", metavar="X", type=float, default=1,
+                        help="size of the scenes, times that of a whole run [1]")
+
+
 def run(args, program, probe, data):
     """Runs what is asked for; returns what the report has to know of it. `data`: where data sets are."""
     settings = Settings.quick() if args.quick else Settings()
+    settings.scales = {name: scale * args.scale for name, scale in settings.scales.items()}
     work = Work(program, probe, args.output, settings, args.data or data / "parallaxba")
     wanted = args.only or NAMES
     if "four-poses" in wanted:

@@ -4,7 +4,7 @@ from reproduce.claims import FAILS, HOLDS, MISSING, TIE, count, judged, number
 from reproduce.text import claim_lines, failures, image, lines_plot, table, write_page
 
 from . import claims, four_poses, streets
-from .variants import COMMON, DATA_SETS, METHODS, PAPER_METHODS, TABLE_3
+from .variants import COMMON, DATA_SETS, METHODS, PAPER_METHODS, START, TABLE_3
 
 
 def blank(value, digits=3):
@@ -70,7 +70,7 @@ def about(data_set, results):
     else:
         scale = results.settings.scales[data_set.name]
         words, part = (f" --scale {scale}", f", times {scale}") if scale != 1 else ("", "")
-        text += (f"`raybundle generate {data_set.name} --true-lenses {data_set.start}{words}`: only the counts "
+        text += (f"`raybundle generate {data_set.name} --true-lenses {START}{words}`: only the counts "
                  f"({data_set.counts}{part}) are the paper's.")
     start = results.start_camera(data_set.name)
     return text + (f" RMSE of the cameras at the start {number(start)}." if start is not None else "")

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from reproduce.logs import load
 from reproduce.runs import Runs, words
 
 from . import four_poses, streets
-from .variants import COMMON, DATA_SETS, METHODS
+from .variants import COMMON, DATA_SETS, METHODS, START
 
 
 @dataclass
@@ -47,66 +48,85 @@ class Work(Runs):
             solution = folder / (name + ".solution.txt")
             self.run([self.program, "solve", start, "-q", "--log", folder / (name + ".json"), "-o", solution,
                       *METHODS[name].split(), *words({**COMMON, "max-iterations": 4}).split(), "--diagnose"])
-            self.run([self.program, "eval", solution, "--truth", truth, "--log",
-                      folder / (name + ".eval.json")])
+            self.evaluate(solution, truth, folder / (name + ".eval.json"))
 
     def run(self, command):
-        """A numerical failure (exit code 4) is a result."""
+        """The exit code: 0, or 4 of a numerical failure, which is a result."""
         command = [str(word) for word in command]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode not in (0, 4):
             sys.exit(f"reproduce: {' '.join(command)}: {done.stderr.strip()}")
+        return done.returncode
 
     def solve(self, data_set):
         """Table 4: all methods on one data set."""
+        common = {**COMMON, "max-iterations": self.settings.trials}
+        limit = self.settings.limits[data_set.name]
         if data_set.folder:
-            source = self.real(data_set)
-            if source is None:
-                return
-        else:
-            scale = self.settings.scales[data_set.name]
-            source = ["--scene", f"{data_set.name} --true-lenses {data_set.start} --seed {self.settings.seed}"
-                      + (f" --scale {scale}" if scale != 1 else "")]
-        self.bench(data_set.name, source, METHODS, {**COMMON, "max-iterations": self.settings.trials},
-                   self.settings.limits[data_set.name], self.settings.threads)
+            self.real(data_set, {**common, "time-limit": limit, "threads": self.settings.threads})
+            return
+        scale = self.settings.scales[data_set.name]
+        scene = f"{data_set.name} --true-lenses {START} --seed {self.settings.seed}"
+        self.bench(data_set.name, ["--scene", scene + (f" --scale {scale}" if scale != 1 else "")], METHODS,
+                   common, limit, self.settings.threads)
 
-    def real(self, data_set):
-        """A folder in ParallaxBA's format as a BAL file, and as its truth, where the cameras' is known, the
-        same with these cameras. None where the data are not there."""
+    def real(self, data_set, common):
+        """From a folder in ParallaxBA's format, without a detour by BAL files, whose pixels are square."""
         given = self.data / data_set.folder
         if not given.is_dir():
-            return None
-        file = self.folder / data_set.name / "problems" / (data_set.name + ".txt")
-        truth = file.with_suffix(".truth.txt")
-        file.parent.mkdir(parents=True, exist_ok=True)
-        if not file.is_file():  # a new file would make all runs be repeated
-            self.as_bal(given, file)
+            return
+        base = self.folder / data_set.name
+        base.mkdir(exist_ok=True)
+        truth = self.true_cameras(given, base)
+        if truth:
+            self.as_bal(given, base / "start.txt")
+            self.evaluate(base / "start.txt", truth, base / "start.eval.json")
+        before = os.getloadavg()[0]
+        for method, options in METHODS.items():
+            folder = base / "runs" / data_set.name / method
+            stamp = f"{self.hash()} {options} {words(common)}"
+            if (load(folder / "1.run.json") or {}).get("stamp") == stamp:
+                continue
+            folder.mkdir(parents=True, exist_ok=True)
+            solution = folder / "solution.txt"
+            code = self.run([self.program, "solve", given, "-q", "--log", folder / "1.json", "-o", solution,
+                             *words(common).split(), *options.split()])
+            if truth:
+                self.evaluate(solution, truth, folder / "1.eval.json")
+            solution.unlink()
+            outcome = {"status": "failed" if code else "ok", "stamp": stamp}
+            (folder / "1.run.json").write_text(json.dumps(outcome))
+        self.loads[data_set.name] = [before, os.getloadavg()[0]]
+
+    def true_cameras(self, given, base):
+        """Where they are known: a BAL file of them."""
         cameras = next(given.glob("GTCam*"), None)
         if cameras is None:
-            return [file]
-        if not truth.is_file():
-            self.as_bal(self.with_cameras(given, cameras), truth)
-            self.run([self.program, "eval", file, "--truth", truth, "--log", file.with_suffix(".eval.json")])
-        return [f"{file}:{truth}"]
+            return None
+        folder = base / "true-cameras"
+        folder.mkdir(exist_ok=True)
+        links = {file.name: file for kind in ("Feature*", "cal*", "intrinsic*") for file in given.glob(kind)}
+        for name, file in {**links, "Cam.txt": cameras}.items():
+            (folder / name).unlink(missing_ok=True)
+            (folder / name).symlink_to(file.resolve())
+        self.as_bal(folder, base / "truth.txt")
+        return base / "truth.txt"
 
     def as_bal(self, folder, file):
         self.run([self.program, "solve", folder, "-q", "--lens", "fixed", "--max-iterations", 0, "-o", file])
 
-    def with_cameras(self, given, cameras):
-        folder = self.folder / "with-true-cameras"
-        folder.mkdir(exist_ok=True)
-        for file in [*given.glob("Feature*"), *given.glob("cal*"), *given.glob("intrinsic*"), cameras]:
-            link = folder / (file.name if file != cameras else "Cam.txt")
-            link.unlink(missing_ok=True)
-            link.symlink_to(file.resolve())
-        return folder
+    def evaluate(self, solution, truth, log):
+        self.run([self.program, "eval", solution, "--truth", truth, "--log", log])
+
+    def hash(self):
+        """Of the program: its runs are kept as long as it stays as it is."""
+        return hashlib.sha256(pathlib.Path(self.program).read_bytes()).hexdigest()[:16]
 
     def drive(self):
         """The street scenes, two at once: their times are of no interest."""
         folder = self.folder / "streets"
         folder.mkdir(exist_ok=True)
-        program = hashlib.sha256(pathlib.Path(self.program).read_bytes()).hexdigest()[:16]
-        stamp = [program, streets.SCENE, {name: " ".join(options) for name, options in streets.runs().items()}]
+        stamp = [self.hash(), streets.SCENE, {name: " ".join(options) for name, options in streets.runs().items()}]
 
         def one(seed):
             file = folder / f"{seed}.json"
