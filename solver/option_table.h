@@ -22,7 +22,7 @@ struct OptionInfo {
 };
 
 /// The one table of options: calls visit(field, info) for each, in the order of the help page.
-/// A field is an enumeration, an int, a double, or an optional of one of these.
+/// A field is an enumeration, a bool, an int, a double, or an optional of one of these.
 template <class AnyOptions, class Visit>
 void visit_options(AnyOptions& o, Visit&& visit) {
   constexpr double inf = std::numeric_limits<double>::infinity();
@@ -106,6 +106,8 @@ void visit_options(AnyOptions& o, Visit&& visit) {
   visit(o.inc.k1, OptionInfo{"inc-k1", "increment of k1; auto: 1e-9", 1e-100, 1e100});
   visit(o.inc.k2, OptionInfo{"inc-k2", "increment of k2; auto: 1e-9", 1e-100, 1e100});
   visit(o.inc.point, OptionInfo{"inc-point", "increment of points; auto: 1e-9", 1e-100, 1e100});
+  visit(o.diagnose,
+        OptionInfo{"diagnose", "log eigenvalues of points and reduced system after each step"});
   visit(o.threads, OptionInfo{"threads", "worker threads; 0 means all cores", 0, 1024});
 }
 

@@ -82,7 +82,8 @@ struct Options {
 
   IncrementOptions inc = {};
 
-  int threads = 0;  ///< 0: all cores
+  bool diagnose = false;  ///< eigenvalues of every linearisation: IterationRecord::diagnosis
+  int threads = 0;        ///< 0: all cores
 };
 
 /// The names an enumeration has on the command line, in logs and in documentation.

@@ -1,4 +1,4 @@
-#include <raybundle/linalg/condition.h>
+#include <raybundle/linalg/spectrum.h>
 #include <raybundle/solver/step.h>
 
 namespace raybundle {
@@ -36,9 +36,10 @@ class AdaptiveStep final : public StepSolver {
 
  private:
   double condition(linalg::Side side, const StepRequest& request) const {
-    return linalg::worst_condition(request.at.normal->blocks(side), layout_.block_size(side),
-                                   layout_.block_count(side),
-                                   request.damping + layout_.offset(side), pool_);
+    return linalg::block_spectrum(request.at.normal->blocks(side), layout_.block_size(side),
+                                  layout_.block_count(side), request.damping + layout_.offset(side),
+                                  pool_)
+        .worst_condition;
   }
 
   // The radius is that of the cameras' step; points have a longer vector  [Qu18, Alg. 10, line 18].

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,17 @@ const char* name(Termination value);
 /// How a solve ended, coarsely; the command line's exit code follows from it.
 enum class Outcome { converged, limit_reached, interrupted, failed };
 Outcome outcome(Termination value);
+
+/// Eigenvalues of a linearisation without damping: how well it determines the points while cameras
+/// stay (the blocks C of H), and the cameras with points following them (S_C). What is fixed is
+/// left out; the seven freedoms of a free gauge are not.
+struct Diagnosis {
+  double points_smallest = 0;         ///< of all points
+  double points_largest = 0;          ///< of all points
+  double points_worst_condition = 1;  ///< of a single point's block
+  double reduced_smallest = 0;        ///< 0: not positive definite as far as rounding tells
+  double reduced_largest = 0;
+};
 
 /// One trial step. Iteration 0 is the start. "cost" and "gradient_norm" belong to the state that
 /// is kept after the iteration.
@@ -53,17 +65,20 @@ struct IterationRecord {
   Elimination eliminated = Elimination::none;
   double condition_cameras = 0;  ///< worst of a damped block of B; NaN where nobody asks for it
   double condition_points = 0;   ///< worst of a damped block of C; NaN likewise
-  double loss_scale = 0;         ///< pixels, of "cost"; 0 where there is no loss
-  double seconds = 0;            ///< since the start of the solve
+  /// Of the state that is kept, after an accepted step; on request only.
+  std::optional<Diagnosis> diagnosis = {};
+  double loss_scale = 0;  ///< pixels, of "cost"; 0 where there is no loss
+  double seconds = 0;     ///< since the start of the solve
 };
 
 /// Seconds by phase.
 struct Timing {
   double total = 0;
-  double setup = 0;     ///< layout, orderings, allocation
-  double residual = 0;  ///< cost of candidates
-  double jacobian = 0;  ///< residuals with derivatives, gradient, block diagonals
-  double linear = 0;    ///< damping, elimination, inner solves, back-substitution
+  double setup = 0;      ///< layout, orderings, allocation
+  double residual = 0;   ///< cost of candidates
+  double jacobian = 0;   ///< residuals with derivatives, gradient, block diagonals
+  double diagnosis = 0;  ///< eigenvalues, on request
+  double linear = 0;     ///< damping, elimination, inner solves, back-substitution
 };
 
 /// What a solve did. The best state is in the Problem that was passed.

@@ -73,6 +73,7 @@ TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::Thread
       convergence_(options, objective.layout().residuals(), objective.rounding_cost()) {
   summary_.rounding = objective.rounding_cost();
   summary_.options = options;
+  if (options.diagnose) diagnoser_.emplace(objective.layout(), pool);
   if (options.forcing) forcing_.emplace(*options.forcing_rule, *options.forcing);
   start_globalisation();
 }
@@ -99,6 +100,7 @@ Summary TrustRegion::run(State& state) {
     }
     judge();
     if (record_.accepted) linearize();
+    if (record_.accepted && diagnoser_) diagnose();
     end_iteration();
   }
   state = std::move(state_);
@@ -115,6 +117,7 @@ void TrustRegion::start() {
   }
   if (!loss_.is_final()) set_loss_scale(loss_.scale());
   linearize();
+  if (diagnoser_) diagnose();
   record_.accepted = true;
   end_iteration();
   const bool finite = std::isfinite(cost_) && std::isfinite(record_.gradient_norm);
@@ -237,6 +240,11 @@ void TrustRegion::linearize() {
   record_.gradient_max = largest_magnitude(normal_.gradient);
   if (forcing_) forcing_->linearized(record_.gradient_norm);
   promise_ = free_promise();
+}
+
+void TrustRegion::diagnose() {
+  const PhaseTimer timer(summary_.seconds.diagnosis);
+  record_.diagnosis = diagnoser_->measure({&J_, &normal_, residual_.data()});
 }
 
 // 1/2 g^T diag(H)^-1 g / lambda, where lambda bounds the largest eigenvalue of H scaled to a unit

@@ -3,6 +3,7 @@
 #include <raybundle/models/objective.h>
 #include <raybundle/solver/convergence.h>
 #include <raybundle/solver/damping.h>
+#include <raybundle/solver/diagnosis.h>
 #include <raybundle/solver/diagonal_matrix.h>
 #include <raybundle/solver/forcing.h>
 #include <raybundle/solver/loss_schedule.h>
@@ -36,6 +37,7 @@ class TrustRegion {
   void evaluate_candidate();
   void judge();
   void linearize();
+  void diagnose();
   void end_iteration();
   Convergence::Situation situation() const;
   void tighten_loss();
@@ -67,6 +69,7 @@ class TrustRegion {
   std::vector<double> step_;
   std::vector<double> J_step_;
 
+  std::optional<Diagnoser> diagnoser_;       // on request
   std::optional<Damping> damping_;           // what the method has of these
   std::optional<TrustRadius> radius_;        // two decides what it is
   std::optional<TrustRadius> block_radius_;  // of eliminated blocks that no damping holds

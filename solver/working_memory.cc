@@ -61,6 +61,12 @@ double inner_solver(const Sizes& n, const Options& options, Elimination eliminat
          (pcg ? conjugate_gradients(n, elimination) : word * kept_unknowns(n, elimination));
 }
 
+/// solver/diagnosis.h: a system and a factorisation of its own.
+double diagnosis(const Sizes& n, const Options& options) {
+  if (!options.diagnose) return 0;
+  return eliminated_side(n, Elimination::points) + 3 * word * n.unknowns();
+}
+
 double most_parts(PointModel points) {
   if (points == PointModel::xyz) return 1;
   return points == PointModel::idp ? 2 : 3;
@@ -91,7 +97,7 @@ double working_memory(const Problem& problem, const Options& options) {
   const double inner = method.adaptive ? inner_solver(n, options, Elimination::points) +
                                              inner_solver(n, options, Elimination::cameras)
                                        : inner_solver(n, options, *options.elimination);
-  return engine(n) + scaling + held + inner + dogleg(n, method);
+  return engine(n) + scaling + held + inner + dogleg(n, method) + diagnosis(n, options);
 }
 
 }  // namespace raybundle

@@ -31,6 +31,8 @@ template <class T>
 std::string text(const T& value) {
   if constexpr (std::is_enum_v<T>) {
     return name(value);
+  } else if constexpr (std::is_same_v<T, bool>) {
+    return value ? "on" : "off";
   } else {
     std::array<char, 32> buffer;
     return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
@@ -96,13 +98,18 @@ void add_solver_options(CLI::App& parser, Options& options) {
     using Field = std::remove_reference_t<decltype(field)>;
     using Value = typename ValueOf<Field>::Type;
     constexpr bool is_optional = !std::is_same_v<Field, Value>;
-    parser
-        .add_option_function<std::string>(
-            "--" + std::string(info.name),
-            [&field, info](const std::string& given) { assign(field, info, given); },
-            std::string(info.help) + " [" + text(field) + "]")
-        ->type_name(kind<Value>() + (is_optional ? "|auto" : ""))
-        ->group("Solver options");
+    const std::string help = std::string(info.help) + " [" + text(field) + "]";
+    const std::string flag = "--" + std::string(info.name);
+    if constexpr (std::is_same_v<Field, bool>) {
+      parser.add_flag(flag, field, help)->group("Solver options");
+      return;
+    } else {
+      parser
+          .add_option_function<std::string>(
+              flag, [&field, info](const std::string& given) { assign(field, info, given); }, help)
+          ->type_name(kind<Value>() + (is_optional ? "|auto" : ""))
+          ->group("Solver options");
+    }
   });
 }
 

@@ -46,6 +46,12 @@ std::string ProgressTable::row(const IterationRecord& record) {
   return text + (record.accepted ? "\n" : "  rejected\n");
 }
 
+std::string ProgressTable::diagnosis(const Diagnosis& d) {
+  return format("      eigenvalues: points %.3g .. %.3g, worst condition %.3g; ", d.points_smallest,
+                d.points_largest, d.points_worst_condition) +
+         format("reduced system %.3g .. %.3g\n", d.reduced_smallest, d.reduced_largest);
+}
+
 std::string ProgressTable::next(const IterationRecord& record) {
   std::string text = row(record);
   if (record.iteration == 0) {
@@ -57,6 +63,7 @@ std::string ProgressTable::next(const IterationRecord& record) {
                   record.loss_scale, record.cost + decrease) +
            text;
   }
+  if (record.diagnosis) text += diagnosis(*record.diagnosis);
   loss_scale_ = record.loss_scale;
   return text;
 }

@@ -47,6 +47,16 @@ Json problem_json(const SolveRecord& record) {
   return json;
 }
 
+Json diagnosis_json(const std::optional<Diagnosis>& diagnosis) {
+  if (!diagnosis) return {};
+  return {{"points",
+           {{"smallest", diagnosis->points_smallest},
+            {"largest", diagnosis->points_largest},
+            {"worst_condition", diagnosis->points_worst_condition}}},
+          {"reduced",
+           {{"smallest", diagnosis->reduced_smallest}, {"largest", diagnosis->reduced_largest}}}};
+}
+
 Json iteration_json(const IterationRecord& record) {
   return {{"iteration", record.iteration},
           {"accepted", record.accepted},
@@ -68,6 +78,7 @@ Json iteration_json(const IterationRecord& record) {
           {"eliminated", name(record.eliminated)},
           {"condition_cameras", record.condition_cameras},
           {"condition_points", record.condition_points},
+          {"diagnosis", diagnosis_json(record.diagnosis)},
           {"loss_scale", record.loss_scale},
           {"seconds", record.seconds}};
 }
@@ -85,10 +96,15 @@ void add_robust(const char* when, const std::optional<RobustStatistics>& robust,
 
 Json seconds_json(const SolveRecord& record) {
   const Timing& seconds = record.summary.seconds;
-  return {{"total", seconds.total},       {"setup", seconds.setup},
-          {"residual", seconds.residual}, {"jacobian", seconds.jacobian},
-          {"linear", seconds.linear},     {"io", record.read_seconds + record.write_seconds},
-          {"read", record.read_seconds},  {"write", record.write_seconds}};
+  return {{"total", seconds.total},
+          {"setup", seconds.setup},
+          {"residual", seconds.residual},
+          {"jacobian", seconds.jacobian},
+          {"linear", seconds.linear},
+          {"diagnosis", seconds.diagnosis},
+          {"io", record.read_seconds + record.write_seconds},
+          {"read", record.read_seconds},
+          {"write", record.write_seconds}};
 }
 
 Json summary_json(const SolveRecord& record) {

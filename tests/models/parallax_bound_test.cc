@@ -28,7 +28,7 @@ Vector3d direction(Random& random) {
   }
 }
 
-// Pairs of cameras a unit apart, in any attitude, and points in any direction at 1e-4 to 1e4 of it,
+// Pairs of cameras a unit apart, in any attitude, and points in any direction at 1e-8 to 1e8 of it,
 // each seen by one pair. What was observed does not matter to the derivatives.
 Problem pairs_of_cameras(int pairs, int points_per_pair, std::uint64_t seed) {
   Random random(seed);
@@ -42,7 +42,7 @@ Problem pairs_of_cameras(int pairs, int points_per_pair, std::uint64_t seed) {
       problem.cameras.insert(problem.cameras.end(), {1, 0, 0});
     }
     for (int i = 0; i < points_per_pair; ++i) {
-      const Vector3d X = first + std::pow(10.0, random.uniform(-4, 4)) * direction(random);
+      const Vector3d X = first + std::pow(10.0, random.uniform(-8, 8)) * direction(random);
       for (const int camera : {2 * p, 2 * p + 1}) {
         problem.observation_camera.push_back(camera);
         problem.observation_point.push_back(p * points_per_pair + i);

@@ -128,6 +128,7 @@ TEST(OptionTable, ReachesEveryMember) {
   EXPECT_EQ(options.forcing_rule, ForcingRule::nash_sofer);
   EXPECT_EQ(options.loss, Loss::truncated);
   EXPECT_EQ(options.loss_scope, LossScope::component);
+  EXPECT_TRUE(options.diagnose);
   for (const double value : {options.time_limit, options.function_tolerance,
                              options.gradient_tolerance, options.parameter_tolerance}) {
     EXPECT_EQ(value, 77);

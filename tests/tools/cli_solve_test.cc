@@ -129,6 +129,27 @@ TEST_F(SolveCommand, LogHasItsKeysAndTypes) {
             seconds["read"].get<double>() + seconds["write"].get<double>());
 }
 
+TEST_F(SolveCommand, EigenvaluesAreShownOnRequest) {
+  const Result plain = run({"solve", input_, "--log", log_});
+  for (const json& each : read_log(log_)["iterations"]) EXPECT_TRUE(each["diagnosis"].is_null());
+  EXPECT_EQ(plain.errors.find("eigenvalues"), std::string::npos);
+  const Result shown = run({"solve", input_, "--gauge", "fixed", "--diagnose", "--log", log_});
+  EXPECT_NE(shown.errors.find("eigenvalues"), std::string::npos);
+  const json log = read_log(log_);
+  EXPECT_EQ(log["options"]["diagnose"], true);
+  for (const json& each : log["iterations"]) {
+    if (!each["accepted"]) continue;
+    const json& points = each["diagnosis"]["points"];
+    const json& reduced = each["diagnosis"]["reduced"];
+    EXPECT_GT(points["smallest"], 0);
+    EXPECT_GE(points["worst_condition"], 1);
+    EXPECT_GT(points["largest"], points["smallest"]);
+    EXPECT_GT(reduced["smallest"], 0);
+    EXPECT_GT(reduced["largest"], reduced["smallest"]);
+  }
+  EXPECT_GT(log["summary"]["seconds"]["diagnosis"], 0);
+}
+
 TEST_F(SolveCommand, SolutionReadsBackWithTheCostOfTheLog) {
   for (const char* update : {"global", "local", "se3"}) {
     const Result result =
