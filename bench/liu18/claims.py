@@ -1,6 +1,7 @@
 """What [Liu18] claims of its Tables 3 and 4 and Figure 8, decided from the runs."""
 
 import math
+import statistics
 
 from reproduce.claims import FAILS, HOLDS, MISSING, TIE, Claim, number
 
@@ -40,11 +41,12 @@ def worse_conditioned(method):
 
 
 def most_accurate(results):
-    found = {name: results.simulated(name).camera for name in PAPER_METHODS.values()}
-    if None in found.values():
+    draws = {name: [run.camera for run in results.draws(name)] for name in PAPER_METHODS.values()}
+    if not all(draws.values()):
         return MISSING, ""
+    found = {name: statistics.median(values) for name, values in draws.items()}
     others = [value for name, value in found.items() if name != "PMBA-DL"]
-    sentence = "RMSE of the cameras: " + listed(found)
+    sentence = f"median RMSE of the cameras in {len(draws['PMBA-DL'])} draws: {listed(found)}"
     if found["PMBA-DL"] * 1.02 < min(others):
         return HOLDS, sentence
     return (TIE if found["PMBA-DL"] <= 1.02 * min(others) else FAILS), sentence

@@ -113,7 +113,12 @@ class Results:
         return {method: run for method, run in found.items() if run}
 
     def simulated(self, method):
-        return Simulated(self.folder / "four-poses", method)
+        """The first of the draws, which Table 3 shows."""
+        return Simulated(self.folder / "four-poses/1", method)
+
+    def draws(self, method):
+        folders = (self.folder / "four-poses" / str(seed) for seed in range(1, self.settings.draws + 1))
+        return [run for run in (Simulated(folder, method) for folder in folders) if run]
 
     def start_camera(self, data_set):
         """RMSE of the start's camera centres."""

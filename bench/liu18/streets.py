@@ -25,6 +25,11 @@ def runs():
             for points, solver in itertools.product(models, SOLVERS)}
 
 
+def recipe():
+    """What the results depend on beside the program."""
+    return {"scene": SCENE, **{name: " ".join(options) for name, options in runs().items()}}
+
+
 def outcome(log):
     kept = [each for each in log["iterations"] if each["accepted"]]
     return {"cost": half_chi2(kept[-1]), "accepted": len(kept) - 1,
@@ -43,7 +48,7 @@ def kinds(truth):
 
 
 def report(results):
-    scenes = results.streets()
+    scenes = [each for each in results.streets() if each["stamp"]["recipe"] == recipe()]
     if not scenes:
         return "Not run.\n"
     far = sum(each["kinds"]["far"] for each in scenes) / sum(each["kinds"]["points"] for each in scenes)
