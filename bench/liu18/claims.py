@@ -86,7 +86,8 @@ def unstable(points):
             found += 1
             run, damped = runs[points + "-DL"], runs[points + "-LM"]
             if run.broke_down or run.chi2 > SAME * damped.chi2:
-                bad.append(f"{name}: {run.termination}, chi2 {number(run.chi2 / damped.chi2)} times that of LM")
+                ratio = number(run.chi2 / damped.chi2)
+                bad.append(f"{name}: {run.termination}, chi2 {ratio} times that of LM")
         if not found:
             return MISSING, ""
         return verdict(bad), f"on {len(bad)} of {found} data sets" + (": " + "; ".join(bad) if bad else "")
@@ -168,10 +169,10 @@ CONVERGENCE = [
     Claim("PMBA with Dogleg is the fastest", fewest("seconds", "seconds")),
     Claim("PMBA with Dogleg takes the fewest iterations to within 1 % of the least chi2 (Figure 8)",
           on_all(first_there)),
-    Claim("An iteration of PMBA takes a time comparable (at most twice, both with LM) to one of XYZ (Remark 4)",
+    Claim("An iteration of PMBA takes a time comparable to one of XYZ (Remark 4; at most twice, both with LM)",
           on_all(comparable_time)),
     Claim("The ray objective is practical: PMBA's final chi2 is within 1 % of the least", on_all(as_accurate)),
     Claim("On Malaga XYZ and IDP end in worse minima, PBA and PMBA do not", minima),
-    Claim("On Malaga PMBA and PBA come close to the ground truth, XYZ and IDP do not (at least twice as far off)",
+    Claim("On Malaga PMBA and PBA come close to the ground truth, XYZ and IDP do not (twice as far off)",
           near_truth),
 ]

@@ -22,13 +22,14 @@ def add_options(parser):
 
 
     parser.add_argument("--scale", metavar="X", type=float, default=1,
-                        help="size of the scenes, times that of a whole run [1]")
+                        help="size of the larger scenes, times that of a whole run [1]")
 
 
 def run(args, program, probe, data):
     """Runs what is asked for; returns what the report has to know of it. `data`: where data sets are."""
     settings = Settings.quick() if args.quick else Settings()
-    settings.scales = {name: scale * args.scale for name, scale in settings.scales.items()}
+    for data_set in DATA_SETS:
+        settings.scales[data_set.name] *= 1 if data_set.small else args.scale
     work = Work(program, probe, args.output, settings, args.data or data / "parallaxba")
     wanted = args.only or NAMES
     if "four-poses" in wanted:

@@ -67,8 +67,8 @@ def data_set_text(data_set, results, plots):
 def about(data_set, results):
     first = next(iter(results.runs(data_set.name, METHODS).values()))
     problem = first.log["problem"]
-    text = (f"{problem['cameras']} poses, {problem['points']:,} features, {problem['observations']:,} observations; "
-            f"Σ/n at the start {2 * first.start / problem['observations']:.7g}. ")
+    text = (f"{problem['cameras']} poses, {problem['points']:,} features, {problem['observations']:,} "
+            f"observations; Σ/n at the start {2 * first.start / problem['observations']:.7g}. ")
     if data_set.folder:
         text += ("The data set itself. " if data_set.published else "Smaller than the one of the paper. ")
         text += f"The authors' ParallaxBA 1.0, PBA and pixels (solves / iterations): {data_set.authors}."

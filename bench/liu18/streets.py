@@ -62,8 +62,8 @@ def report(results):
                              for bound in (NEAR, 1.01)), f"{statistics.median(ratios):.5f}",
                      number(max(ratios)), number(statistics.median(run["solves"] for run in own)),
                      endings(own)])
-    return (f"{len(scenes)} scenes `raybundle generate {SCENE} --seed N`: {100 * far:.0f} % of the points are more "
-            f"than {FAR} steps ahead, 20 % on the line of motion. Up to {TRIALS} iterations. Shares of the scenes "
+    return (f"{len(scenes)} scenes `raybundle generate {SCENE} --seed N`: {100 * far:.0f} % of the points are "
+            f"more than {FAR} steps ahead, 20 % on the line of motion. Up to {TRIALS} iterations. Shares of the scenes "
             f"in which a method ends within {NEAR} and 1.01 of the least pixel cost that any found. PMBA "
             "minimises rays, weighted alike as in the paper: its own minimum lies a little beside that of "
             "the pixels, which the median ratio shows; PMBA-pixels minimises what is judged.\n\n"

@@ -35,6 +35,7 @@ class DataSet:
     published: tuple = ()  # in the order of PAPER_METHODS
     authors: str = ""  # what ParallaxBA 1.0 does with the same file
     scale: float = 1  # of a scene, that a whole run takes less than an hour
+    small: bool = False  # a scene that is never made smaller
 
 
 def rows(*numbers):
@@ -46,7 +47,8 @@ START = "--start-rotation 0.005 --start-position 0.01"
 DATA_SETS = [
     DataSet("fake-pile", "Fake-pile, the public one of 47 poses", 30, folder="fake-pile",
             authors="LM 21 / 20, Σ/n 506.1 to 0.01321183; GN 8 / 8, the same"),
-    DataSet("fake-pile-135", "A scene with the counts of Fake-pile", 30, counts="135 / 12,741 / 53,878",
+    DataSet("fake-pile-135", "A scene with the counts of Fake-pile", 30, small=True,
+            counts="135 / 12,741 / 53,878",
             published=rows((9, 9, 1.7e2, 0.7), (23, 23, 1.7e2, 1.9), (104, 102, 1.7e2, 6.0),
                            (116, 108, 1.2e3, 4.7))),
     DataSet("malaga", "Malaga", 100, folder="Malaga", counts="170 / 58,404 / 167,285",
