@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 
 # Lenses are known; every method starts from the same poses and from points taken from their rays. No
-# tolerance is printed; this one lets the slow ones go on through their long flat valleys.
+# tolerance is printed; this one lets the slow ones go on through their long flat valleys. A radius that is far
+# too large at first is halved many times in a row.
 COMMON = {"lens": "fixed", "point-start": "rays", "gradient-tolerance": "0", "parameter-tolerance": "0",
-          "function-tolerance": "1e-8"}
+          "function-tolerance": "1e-8", "max-consecutive-failures": "100"}
 RAYS = "--points pmba --objective ray --ray-weight unit"
 POINTS = {"PMBA": RAYS, "PBA": "--points pba", "IDP": "--points idp", "XYZ": "--points xyz"}
 SOLVERS = {"DL": "--method dogleg", "LM": "--method lm-cholesky"}
