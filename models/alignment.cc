@@ -128,6 +128,31 @@ void check_counts(const char* what, std::int64_t truth, std::int64_t problem) {
                    std::to_string(problem) + ", as in the problem");
 }
 
+void compare_cameras(const Problem& problem, const Problem& truth, TruthErrors& errors) {
+  const std::vector<char> cameras = marks(problem.camera_count(), problem.observation_camera);
+  const Pairs centres(cameras, camera_centres(problem), camera_centres(truth));
+  errors.cameras = static_cast<std::int64_t>(centres.a.size() / 3);
+  errors.camera_alignment = align(centres.a, centres.b);
+  const std::vector<double> of_centres = distances(errors.camera_alignment, centres.a, centres.b);
+  errors.camera_rmse = root_mean_square(of_centres);
+  errors.camera_errors = spread(cameras, of_centres);
+  errors.rotation_mean = mean_rotation_error(cameras, problem, truth);
+}
+
+void compare_points(const Problem& problem, const Problem& truth, TruthErrors& errors) {
+  const std::vector<char> points = marks(problem.point_count(), problem.observation_point);
+  const Pairs places(points, problem.points, truth.points);
+  errors.points = static_cast<std::int64_t>(places.a.size() / 3);
+  const std::vector<double> by_cameras = distances(errors.camera_alignment, places.a, places.b);
+  errors.point_rmse_by_cameras = root_mean_square(by_cameras);
+  errors.point_median = upper_median(by_cameras);
+  errors.point_errors = spread(points, by_cameras);
+  errors.point_alignment = align(places.a, places.b);
+  const std::vector<double> own = distances(errors.point_alignment, places.a, places.b);
+  errors.point_rmse = root_mean_square(own);
+  errors.point_median_own = upper_median(own);
+}
+
 }  // namespace
 
 Similarity align(const std::vector<double>& from, const std::vector<double>& to) {
@@ -179,28 +204,11 @@ std::vector<double> camera_centres(const Problem& problem) {
 
 TruthErrors compare_with_truth(const Problem& problem, const Problem& truth) {
   check_counts("cameras", truth.camera_count(), problem.camera_count());
-  check_counts("points", truth.point_count(), problem.point_count());
+  const bool has_points = !truth.points.empty();
+  if (has_points) check_counts("points", truth.point_count(), problem.point_count());
   TruthErrors errors;
-  const std::vector<char> cameras = marks(problem.camera_count(), problem.observation_camera);
-  const Pairs centres(cameras, camera_centres(problem), camera_centres(truth));
-  errors.cameras = static_cast<std::int64_t>(centres.a.size() / 3);
-  errors.camera_alignment = align(centres.a, centres.b);
-  const std::vector<double> of_centres = distances(errors.camera_alignment, centres.a, centres.b);
-  errors.camera_rmse = root_mean_square(of_centres);
-  errors.camera_errors = spread(cameras, of_centres);
-  errors.rotation_mean = mean_rotation_error(cameras, problem, truth);
-
-  const std::vector<char> points = marks(problem.point_count(), problem.observation_point);
-  const Pairs places(points, problem.points, truth.points);
-  errors.points = static_cast<std::int64_t>(places.a.size() / 3);
-  const std::vector<double> by_cameras = distances(errors.camera_alignment, places.a, places.b);
-  errors.point_rmse_by_cameras = root_mean_square(by_cameras);
-  errors.point_median = upper_median(by_cameras);
-  errors.point_errors = spread(points, by_cameras);
-  errors.point_alignment = align(places.a, places.b);
-  const std::vector<double> own = distances(errors.point_alignment, places.a, places.b);
-  errors.point_rmse = root_mean_square(own);
-  errors.point_median_own = upper_median(own);
+  compare_cameras(problem, truth, errors);
+  if (has_points) compare_points(problem, truth, errors);
   return errors;
 }
 

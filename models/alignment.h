@@ -53,14 +53,16 @@ struct TruthErrors {
   Similarity camera_alignment;
   Similarity point_alignment;
   std::vector<double> camera_errors;  ///< per camera of the problem; NaN where left out
-  /// Per point of the problem, after the alignment of the cameras; NaN where left out.
+  /// Per point of the problem, after the alignment of the cameras; NaN where left out. Empty where
+  /// the truth has no points.
   std::vector<double> point_errors;
 };
 
 /// Compares camera centres and points with those of `truth`, each after an alignment of their own,
 /// as [Qu18, 5.3.2] does, and orientations after the one turn of the world that fits them best:
-/// centres on a line leave a turn open. What `truth` observes does not matter. Throws InputError
-/// when the numbers of cameras or points differ.
+/// centres on a line leave a turn open. What `truth` observes does not matter; where it has no
+/// points cameras alone are compared, and the members about points stay as they are above. Throws
+/// InputError when the numbers of cameras or points differ.
 TruthErrors compare_with_truth(const Problem& problem, const Problem& truth);
 
 }  // namespace raybundle

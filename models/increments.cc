@@ -24,7 +24,9 @@ constexpr std::array<Slice, parameter_kinds> slices = {
      {"focal", 6, 1, &Increments::focal},
      {"k1", 7, 1, &Increments::k1},
      {"k2", 8, 1, &Increments::k2},
-     {"point", 0, 3, &Increments::point}}};
+     {"point", 0, 3, &Increments::point},
+     {"parallax", 0, 1, &Increments::parallax},
+     {"direction", 1, 2, &Increments::direction}}};
 constexpr int smallest_decade = -12;
 
 double squares(const std::vector<double>& x) {
@@ -33,13 +35,20 @@ double squares(const std::vector<double>& x) {
   return sum;
 }
 
+bool is_of_camera(std::size_t kind) {
+  return static_cast<ParameterKind>(kind) < ParameterKind::point;
+}
+
 // Moves one argument of every camera, or of every point, at once: a residual depends on a single
-// camera and a single point, so that one evaluation gives a whole column of derivatives.
+// point and, but for anchored points, on a single camera, so that one evaluation gives a whole
+// column of derivatives; of anchored points, their sum over the row's cameras.
 class Differences {
  public:
-  Differences(const Problem& problem, linalg::ThreadPool& pool)
+  Differences(const Problem& problem, PointModel points, linalg::ThreadPool& pool)
       : pool_(pool),
-        objective_(without_masks(problem), {.pose_update = PoseUpdate::global}, pool),
+        anchored_(is_anchored(points)),
+        objective_(without_masks(problem), {.pose_update = PoseUpdate::global, .points = points},
+                   pool),
         state_(objective_.state_of(problem)),
         moved_(state_),
         J_(objective_.layout()),
@@ -58,7 +67,9 @@ class Differences {
     const linalg::BlockLayout& layout = objective_.layout();
     std::fill(direction_.begin(), direction_.end(), 0.0);
     for (std::int64_t b = 0; b < layout.block_count(side); ++b) {
-      direction_[index(layout.offset(side) + b * layout.block_size(side) + argument)] = step;
+      const bool other_way = anchored_ && side == linalg::Side::hubs && b % 2 == 1;
+      direction_[index(layout.offset(side) + b * layout.block_size(side) + argument)] =
+          other_way ? -step : step;
     }
     objective_.retract(state_, direction_.data(), moved_);
     objective_.linearize(moved_, other_.data(), unused_);
@@ -80,6 +91,7 @@ class Differences {
   }
 
   linalg::ThreadPool& pool_;
+  bool anchored_;
   Objective objective_;
   State state_, moved_;
   linalg::BlockJacobian J_, unused_;
@@ -108,12 +120,34 @@ double least_error(const std::vector<IncrementTrial>& trials) {
 
 const char* name(ParameterKind kind) { return slices[static_cast<std::size_t>(kind)].name; }
 
-IncrementSearch search_increments(const Problem& problem, linalg::ThreadPool& pool) {
-  Differences differences(problem, pool);
+double increment(const Increments& increments, ParameterKind kind) {
+  return increments.*slices[static_cast<std::size_t>(kind)].increment;
+}
+
+Increments shipped_increments(PointModel points) {
+  Increments shipped = {.focal = 1e-6, .k1 = 1e-9, .k2 = 1e-9};
+  if (is_anchored(points)) {
+    shipped.rotation = shipped.translation = 1e-8;
+    shipped.parallax = points == PointModel::pmba ? 1e-8 : 1e-9;
+    shipped.direction = 1e-9;
+  } else {
+    shipped.rotation = shipped.translation = shipped.point = 1e-9;
+  }
+  return shipped;
+}
+
+bool has_kind(PointModel model, ParameterKind kind) {
+  if (kind < ParameterKind::point) return true;
+  return is_anchored(model) != (kind == ParameterKind::point);
+}
+
+IncrementSearch search_increments(const Problem& problem, PointModel points,
+                                  linalg::ThreadPool& pool) {
+  Differences differences(problem, points, pool);
   IncrementSearch search;
   for (std::size_t kind = 0; kind < slices.size(); ++kind) {
-    const bool point = static_cast<ParameterKind>(kind) == ParameterKind::point;
-    const linalg::Side side = point ? linalg::Side::leaves : linalg::Side::hubs;
+    if (!has_kind(points, static_cast<ParameterKind>(kind))) continue;
+    const linalg::Side side = is_of_camera(kind) ? linalg::Side::hubs : linalg::Side::leaves;
     for (int decade = 0; decade >= smallest_decade; --decade) {
       const double step = std::pow(10.0, decade);
       const double error = relative_error(differences, slices[kind], side, step);

@@ -1,6 +1,7 @@
 #include <raybundle/models/rays.h>
 
 #include <raybundle/models/error.h>
+#include <raybundle/models/statistics.h>
 
 #include <cmath>
 #include <limits>
@@ -35,6 +36,16 @@ double undistorted_radius(double k1, double k2, double target, double low, doubl
     r = next;
   }
   return r;
+}
+
+std::array<double, 2> fail_unreachable(std::size_t k, std::size_t camera,
+                                       const std::array<double, 2>& u,
+                                       const std::string& alternative) {
+  throw InputError("problem", 0,
+                   "observation " + std::to_string(k) + " at (" + std::to_string(u[0]) + ", " +
+                       std::to_string(u[1]) + "), which the lens of camera " +
+                       std::to_string(camera) + " cannot make",
+                   "pixels that f, k1 and k2 reach" + alternative);
 }
 
 // Rays of all observations; `folded` says what to take for p where there is none.
@@ -75,14 +86,9 @@ std::optional<std::array<double, 2>> undistort(const double* lens, const double*
 }
 
 std::vector<double> observed_rays(const Problem& problem) {
-  return rays_of(
-      problem, [](std::size_t k, std::size_t camera, const auto& u) -> std::array<double, 2> {
-        throw InputError("problem", 0,
-                         "observation " + std::to_string(k) + " at (" + std::to_string(u[0]) +
-                             ", " + std::to_string(u[1]) + "), which the lens of camera " +
-                             std::to_string(camera) + " cannot make",
-                         "pixels that f, k1 and k2 reach, or the pixel objective");
-      });
+  return rays_of(problem, [](std::size_t k, std::size_t camera, const auto& u) {
+    return fail_unreachable(k, camera, u, ", or the pixel objective");
+  });
 }
 
 std::vector<double> apparent_rays(const Problem& problem) {
@@ -92,6 +98,47 @@ std::vector<double> apparent_rays(const Problem& problem) {
                    if (f == 0) return {0, 0};
                    return {u[0] / f, u[1] / f};
                  });
+}
+
+Problem undistorted(Problem problem) {
+  for (std::size_t k = 0; k < problem.observation_camera.size(); ++k) {
+    const auto camera = static_cast<std::size_t>(problem.observation_camera[k]);
+    const double* lens = problem.cameras.data() + Problem::camera_size * camera + 6;
+    if (lens[1] == 0 && lens[2] == 0) continue;  // to the last digit as it was
+    double* observed = problem.observations.data() + 2 * k;
+    const std::array<double, 2> u = {observed[0], observed[1] / problem.aspect};
+    const auto found = undistort(lens, u.data());
+    const std::array<double, 2> p = found ? *found : fail_unreachable(k, camera, u, "");
+    observed[0] = lens[0] * p[0];
+    observed[1] = problem.aspect * lens[0] * p[1];
+  }
+  for (std::size_t c = 0; c < problem.cameras.size(); c += Problem::camera_size) {
+    problem.cameras[c + 7] = problem.cameras[c + 8] = 0;
+  }
+  return problem;
+}
+
+Problem with_one_focal_length(Problem problem) {
+  std::vector<double> all;
+  for (std::size_t c = 0; c < problem.cameras.size(); c += Problem::camera_size) {
+    all.push_back(problem.cameras[c + 6]);
+  }
+  const double common = upper_median(all);
+  for (std::size_t k = 0; k < problem.observation_camera.size(); ++k) {
+    const auto camera = static_cast<std::size_t>(problem.observation_camera[k]);
+    if (all[camera] == common) continue;
+    if (all[camera] == 0) {
+      throw InputError("problem", 0, "camera " + std::to_string(camera) + " with f 0",
+                       "a focal length that makes pixels of rays");
+    }
+    for (std::size_t i = 2 * k; i < 2 * k + 2; ++i) {
+      problem.observations[i] *= common / all[camera];
+    }
+  }
+  for (std::size_t c = 0; c < problem.cameras.size(); c += Problem::camera_size) {
+    problem.cameras[c + 6] = common;
+  }
+  return problem;
 }
 
 }  // namespace raybundle

@@ -21,4 +21,14 @@ std::vector<double> observed_rays(const Problem& problem);
 /// observed_rays(), but for such an observation as if its camera had no distortion.
 std::vector<double> apparent_rays(const Problem& problem);
 
+/// The problem as lenses of the same f without distortion would have seen it: an observation
+/// becomes f p, k1 and k2 become 0. Residuals change by the distortion's local scale. Throws
+/// InputError for an observation that its camera's lens cannot have made.
+Problem undistorted(Problem problem);
+
+/// The problem as cameras of one focal length, the upper median of all, would have seen it: the
+/// pixels of each, which are f times something that f does not change, are scaled, and with them
+/// its residuals. Throws InputError for a camera with f = 0 that observes something.
+Problem with_one_focal_length(Problem problem);
+
 }  // namespace raybundle

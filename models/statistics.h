@@ -52,6 +52,22 @@ struct RobustStatistics {
 /// Of a valid problem; `scale` in pixels.
 RobustStatistics robust_statistics(const Problem& problem, double scale);
 
+/// Points that their observers can hardly place, as points and cameras are now. Of those that two
+/// or more cameras observe:
+struct ParallaxStatistics {
+  /// The rays from the camera centres to the point differ by less than 1 degree.
+  std::int64_t low = 0;
+  /// The observers move along their view of it: all their rays to the point are within 1 degree of
+  /// the line through the two observers that are farthest from one another, either way along it.
+  /// Where on that line the point is remains hardly determined, as near as it may be [Liu18, 1].
+  /// Not counted where all observers stand at one place.
+  std::int64_t collinear = 0;
+};
+
+/// Of a valid problem. Exact up to 32 observations of a point; beyond that the largest angle and
+/// distance are searched from one to the farthest from it, and may be missed by a little.
+ParallaxStatistics parallax_statistics(const Problem& problem);
+
 /// The shape of a problem: degrees, connectivity and how well the points are determined.
 /// The first_... members are indices, -1 where there is none.
 struct StructureStatistics {
@@ -65,14 +81,12 @@ struct StructureStatistics {
   std::int64_t components = 0;              ///< connected sets of observed cameras
   std::int64_t largest_component = 0;       ///< cameras in the largest of them
   std::int64_t camera_pairs = 0;            ///< pairs of cameras that share a point
-  /// Points of two or more cameras whose rays (from the camera centres to the point as they are
-  /// now) differ by less than 1 degree. Exact up to 32 observations of a point; beyond that the
-  /// largest angle is searched from ray to farthest ray and may be missed by a little.
-  std::int64_t low_parallax_points = 0;
-  double mean_track_length = 0;          ///< observations per observed point
-  std::int64_t longest_track = 0;        ///< observations
-  std::int64_t fewest_observations = 0;  ///< of an observed camera
-  std::int64_t most_observations = 0;    ///< of a camera
+  std::int64_t low_parallax_points = 0;     ///< ParallaxStatistics::low
+  std::int64_t collinear_points = 0;        ///< ParallaxStatistics::collinear
+  double mean_track_length = 0;             ///< observations per observed point
+  std::int64_t longest_track = 0;           ///< observations
+  std::int64_t fewest_observations = 0;     ///< of an observed camera
+  std::int64_t most_observations = 0;       ///< of a camera
 
   std::int64_t first_unobserved_camera = -1;
   std::int64_t first_unobserved_point = -1;

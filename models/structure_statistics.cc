@@ -5,16 +5,8 @@
 #include <numeric>
 #include <utility>
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-
-#include <raybundle/models/rotation.h>
-
 namespace raybundle {
 namespace {
-
-using Eigen::Map;
-using Eigen::Vector3d;
 
 std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i); }
 
@@ -192,58 +184,6 @@ class PairCounter {
   std::vector<std::int32_t> partners_;   // its partners from short tracks
 };
 
-bool wider_than_one_degree(const Vector3d& a, const Vector3d& b) {
-  constexpr double tan2 = 0.0003046792916482916;  // tan(1 degree)^2
-  const double dot = a.dot(b);
-  return dot < 0 || a.cross(b).squaredNorm() > tan2 * dot * dot;
-}
-
-/// Whether two of the unit vectors differ by more than a degree.
-bool has_parallax(const std::vector<Vector3d>& rays) {
-  constexpr std::size_t exact_limit = 32;
-  if (rays.size() <= exact_limit) {
-    for (std::size_t a = 0; a < rays.size(); ++a) {
-      for (std::size_t b = 0; b < a; ++b) {
-        if (wider_than_one_degree(rays[a], rays[b])) return true;
-      }
-    }
-    return false;
-  }
-  std::size_t from = 0;
-  for (int sweep = 0; sweep < 4; ++sweep) {
-    std::size_t farthest = from;
-    for (std::size_t b = 0; b < rays.size(); ++b) {
-      if (wider_than_one_degree(rays[from], rays[b])) return true;
-      const double distance = (rays[b] - rays[from]).squaredNorm();
-      if (distance > (rays[farthest] - rays[from]).squaredNorm()) farthest = b;
-    }
-    from = farthest;
-  }
-  return false;
-}
-
-std::int64_t low_parallax_points(const Problem& problem, const Groups& cameras_of) {
-  std::vector<Vector3d> centres;  // P = -R_cw^T t_cw
-  for (std::size_t j = 0; j < problem.cameras.size(); j += Problem::camera_size) {
-    const Map<const Vector3d> phi(&problem.cameras[j]);
-    const Map<const Vector3d> t_cw(&problem.cameras[j + 3]);
-    centres.push_back(-(so3::exp(phi).transpose() * t_cw));
-  }
-  std::int64_t count = 0;
-  std::vector<Vector3d> rays;
-  for (std::int64_t i = 0; i < cameras_of.count(); ++i) {
-    const Map<const Vector3d> X(&problem.points[index(i * Problem::point_size)]);
-    rays.clear();
-    bool several_cameras = false;
-    for (const std::int32_t* j = cameras_of.first(i); j != cameras_of.last(i); ++j) {
-      rays.push_back((X - centres[index(*j)]).stableNormalized());
-      several_cameras = several_cameras || *j != *cameras_of.first(i);
-    }
-    if (several_cameras && !has_parallax(rays)) ++count;
-  }
-  return count;
-}
-
 std::string counted(std::int64_t count, const std::string& one, const std::string& many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }
@@ -270,7 +210,9 @@ StructureStatistics structure_statistics(const Problem& problem) {
   for (std::int64_t j = 0; j < result.cameras; ++j) {
     result.camera_pairs += pairs.later_partners(j);
   }
-  result.low_parallax_points = low_parallax_points(problem, cameras_of);
+  const ParallaxStatistics parallax = parallax_statistics(problem);
+  result.low_parallax_points = parallax.low;
+  result.collinear_points = parallax.collinear;
   return result;
 }
 

@@ -6,20 +6,34 @@
 namespace raybundle {
 namespace {
 
+double squared_ratio(double a, double b) { return (a / b) * (a / b); }
+
 // Nine numbers in the order of a camera's parameters; fixed lenses use the first six.
-std::array<double, 9> camera_weights(const Increments& inc) {
-  const auto weight = [&](double increment) {
-    const double ratio = inc.point / increment;
-    return ratio * ratio;
-  };
-  const double rotation = weight(inc.rotation), translation = weight(inc.translation);
-  return {rotation,    rotation,          rotation,       translation,   translation,
-          translation, weight(inc.focal), weight(inc.k1), weight(inc.k2)};
+std::array<double, 9> camera_weights(const Increments& inc, double unit) {
+  const double rotation = squared_ratio(unit, inc.rotation);
+  const double translation = squared_ratio(unit, inc.translation);
+  return {rotation,
+          rotation,
+          rotation,
+          translation,
+          translation,
+          translation,
+          squared_ratio(unit, inc.focal),
+          squared_ratio(unit, inc.k1),
+          squared_ratio(unit, inc.k2)};
+}
+
+void fill_blocks(const linalg::BlockLayout& layout, linalg::Side side, const double* block,
+                 std::vector<double>& d) {
+  const int size = layout.block_size(side);
+  for (std::int64_t i = 0; i < layout.block_count(side); ++i) {
+    std::copy_n(block, size, d.begin() + layout.offset(side) + i * size);
+  }
 }
 
 }  // namespace
 
-void fill_diagonal(DiagonalMatrix kind, const Increments& inc,
+void fill_diagonal(DiagonalMatrix kind, const Increments& inc, PointModel points,
                    const linalg::NormalEquations& normal, std::vector<double>& d) {
   d.resize(normal.gradient.size());
   if (kind == DiagonalMatrix::diag_h) {
@@ -28,21 +42,25 @@ void fill_diagonal(DiagonalMatrix kind, const Increments& inc,
   }
   std::fill(d.begin(), d.end(), 1.0);
   if (kind == DiagonalMatrix::identity) return;
-  const std::array<double, 9> weights = camera_weights(inc);
-  const int size = normal.layout->hub_size;
-  for (std::int64_t camera = 0; camera < normal.layout->hubs; ++camera) {
-    std::copy_n(weights.begin(), size, d.begin() + camera * size);
-  }
+  const bool anchored = is_anchored(points);
+  const double unit = anchored ? inc.direction : inc.point;
+  const std::array<double, 9> camera = camera_weights(inc, unit);
+  fill_blocks(*normal.layout, linalg::Side::hubs, camera.data(), d);
+  if (!anchored) return;
+  const std::array<double, 3> point = {squared_ratio(unit, inc.parallax), 1, 1};
+  fill_blocks(*normal.layout, linalg::Side::leaves, point.data(), d);
 }
 
 Increments increments(const Options& options) {
-  Increments inc;
+  Increments inc = shipped_increments(options.points);
   inc.rotation = options.inc.rotation.value_or(inc.rotation);
   inc.translation = options.inc.translation.value_or(inc.translation);
   inc.focal = options.inc.focal.value_or(inc.focal);
   inc.k1 = options.inc.k1.value_or(inc.k1);
   inc.k2 = options.inc.k2.value_or(inc.k2);
   inc.point = options.inc.point.value_or(inc.point);
+  inc.parallax = options.inc.parallax.value_or(inc.parallax);
+  inc.direction = options.inc.direction.value_or(inc.direction);
   return inc;
 }
 

@@ -13,11 +13,12 @@ constexpr double max_diagonal = 1e32;
 /// Writes the chosen matrix to `d`, one number per unknown:
 ///   identity  1
 ///   inc       (increment of points / increment of the unknown)^2: unknowns that act more per unit
-///             than a point's coordinate weigh more  [Qu18, Eq. 3.38 and 3.3.3, "Scaling"]
+///             than a point's coordinate weigh more  [Qu18, Eq. 3.38 and 3.3.3, "Scaling"]; of
+///             anchored points the unit is their direction
 ///   diag_h    diag(H), within bounds  [Qu18, Eq. 2.50]
 /// As damping matrix it is D of [Qu18, Eq. 2.49]. As scaling p~ = D p of [Qu18, Eq. 3.94] it is D^T
 /// D, like D' in [Qu18, Eq. 2.52]: taken literally, D = diag(H) would mix units.
-void fill_diagonal(DiagonalMatrix kind, const Increments& increments,
+void fill_diagonal(DiagonalMatrix kind, const Increments& increments, PointModel points,
                    const linalg::NormalEquations& normal, std::vector<double>& d);
 
 /// The increments that `options` ask for.

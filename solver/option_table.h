@@ -44,7 +44,9 @@ void visit_options(AnyOptions& o, Visit&& visit) {
   visit(o.lens, OptionInfo{"lens", "whether f, k1, k2 are unknowns; auto: free, of rays fixed"});
   visit(o.points, OptionInfo{"points", "how points are described"});
   visit(o.point_start,
-        OptionInfo{"point-start", "where points start: as given, or from two of their rays"});
+        OptionInfo{"point-start",
+                   "where points start: as given, or from two of their rays; auto: problem, of a "
+                   "ParallaxBA folder rays"});
   visit(o.objective, OptionInfo{"objective", "what a residual compares"});
   visit(o.ray_weight, OptionInfo{"ray-weight", "weight of a ray's residual; auto: pixel"});
   visit(
@@ -98,14 +100,27 @@ void visit_options(AnyOptions& o, Visit&& visit) {
         OptionInfo{"forcing-rule", "what ends the inner iterations; auto: nash-sofer"});
   visit(o.forcing, OptionInfo{"forcing", "t of the forcing rule; auto: 0.1", 0, 0.99});
   visit(o.inc.rotation,
-        OptionInfo{"inc-rotation", "increment of rotations, radians; auto: 1e-9", 1e-100, 1e100});
+        OptionInfo{"inc-rotation",
+                   "increment of rotations, radians; auto: 1e-9, with anchored points 1e-8", 1e-100,
+                   1e100});
   visit(o.inc.translation,
-        OptionInfo{"inc-translation", "increment of translations; auto: 1e-9", 1e-100, 1e100});
+        OptionInfo{"inc-translation",
+                   "increment of translations; auto: 1e-9, with anchored points 1e-8", 1e-100,
+                   1e100});
   visit(o.inc.focal,
         OptionInfo{"inc-focal", "increment of focal lengths, pixels; auto: 1e-6", 1e-100, 1e100});
   visit(o.inc.k1, OptionInfo{"inc-k1", "increment of k1; auto: 1e-9", 1e-100, 1e100});
   visit(o.inc.k2, OptionInfo{"inc-k2", "increment of k2; auto: 1e-9", 1e-100, 1e100});
-  visit(o.inc.point, OptionInfo{"inc-point", "increment of points; auto: 1e-9", 1e-100, 1e100});
+  visit(o.inc.point,
+        OptionInfo{"inc-point", "increment of coordinates of points; auto: 1e-9", 1e-100, 1e100});
+  visit(o.inc.parallax, OptionInfo{"inc-parallax",
+                                   "increment of parallaxes, radians, or inverse distances of "
+                                   "anchored points; auto: 1e-9, of pmba 1e-8",
+                                   1e-100, 1e100});
+  visit(
+      o.inc.direction,
+      OptionInfo{"inc-direction", "increment of directions of anchored points, radians; auto: 1e-9",
+                 1e-100, 1e100});
   visit(o.diagnose,
         OptionInfo{"diagnose", "log eigenvalues of points and reduced system after each step"});
   visit(o.threads, OptionInfo{"threads", "worker threads; 0 means all cores", 0, 1024});

@@ -120,13 +120,35 @@ void refuse_formulation(const Options& o, const MethodTraits& method) {
   }
 }
 
+// Whether inc weighs the points themselves: eliminated ones have a share in the damping alone, and
+// in the region where it bounds their blocks too. `o` is complete.
+bool weighs_parallax(const Options& o) {
+  const MethodTraits& method = traits(o.method);
+  const bool of_kept_side = method.inner == InnerSolve::pcg && method.damped;
+  return o.damping_matrix == DiagonalMatrix::inc ||
+         (o.scaling == DiagonalMatrix::inc &&
+          (!of_kept_side || o.elimination == Elimination::none));
+}
+
 void refuse_unused_parameters(const Options& effective, const Options& o) {
   const bool inc =
       effective.scaling == DiagonalMatrix::inc || effective.damping_matrix == DiagonalMatrix::inc;
   if (!inc) {
     refuse("neither scaling nor damping matrix is inc", given("inc-rotation", o.inc.rotation),
            given("inc-translation", o.inc.translation), given("inc-focal", o.inc.focal),
-           given("inc-k1", o.inc.k1), given("inc-k2", o.inc.k2), given("inc-point", o.inc.point));
+           given("inc-k1", o.inc.k1), given("inc-k2", o.inc.k2), given("inc-point", o.inc.point),
+           given("inc-parallax", o.inc.parallax), given("inc-direction", o.inc.direction));
+  }
+  const std::string who = std::string("--points ") + name(o.points);
+  if (is_anchored(o.points)) {
+    refuse(who + " has parallaxes and directions", given("inc-point", o.inc.point));
+    if (!weighs_parallax(effective)) {
+      refuse("the points are eliminated, and only the cameras are weighed by inc",
+             given("inc-parallax", o.inc.parallax));
+    }
+  } else {
+    refuse(who + " has coordinates", given("inc-parallax", o.inc.parallax),
+           given("inc-direction", o.inc.direction));
   }
   if (effective.lens == Lens::fixed) {
     refuse("the lenses are fixed", given("inc-focal", o.inc.focal), given("inc-k1", o.inc.k1),
@@ -141,7 +163,13 @@ void refuse_unused_parameters(const Options& effective, const Options& o) {
 void fill_increments(Options& o) {
   if (o.scaling != DiagonalMatrix::inc && o.damping_matrix != DiagonalMatrix::inc) return;
   const Increments inc = increments(o);
-  o.inc = {inc.rotation, inc.translation, inc.focal, inc.k1, inc.k2, inc.point};
+  o.inc = {inc.rotation, inc.translation, inc.focal, inc.k1, inc.k2};
+  if (is_anchored(o.points)) {
+    if (weighs_parallax(o)) o.inc.parallax = inc.parallax;
+    o.inc.direction = inc.direction;
+  } else {
+    o.inc.point = inc.point;
+  }
   if (o.lens == Lens::fixed) o.inc.focal = o.inc.k1 = o.inc.k2 = std::nullopt;
 }
 
@@ -234,6 +262,7 @@ Options resolve(const Options& options) {
   const bool ray = options.objective == ObjectiveKind::ray;
   effective.lens = options.lens.value_or(ray ? Lens::fixed : Lens::free);
   effective.gauge = options.gauge.value_or(method.gauge);
+  effective.point_start = options.point_start.value_or(PointStart::problem);
   if (ray) effective.ray_weight = options.ray_weight.value_or(RayWeight::pixel);
   if (method.bounded) {
     const double first = options.initial_radius.value_or(1);

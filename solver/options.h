@@ -30,13 +30,15 @@ enum class DiagonalMatrix { identity, inc, diag_h };
 enum class ForcingRule { thesis, constant, eisenstat_walker, nash_sofer };
 
 /// Where points start: as the problem has them, or as far as two of their rays tell
-/// [Liu18, Remark 5].
+/// [Liu18, Remark 5], which keeps their parallax exactly where coordinates would round it.
 enum class PointStart { problem, rays };
 
 /// The increments of the `inc` matrix, one per kind of parameter; empty: those of
 /// models/increments.h.
 struct IncrementOptions {
-  std::optional<double> rotation = {}, translation = {}, focal = {}, k1 = {}, k2 = {}, point = {};
+  std::optional<double> rotation = {}, translation = {}, focal = {}, k1 = {}, k2 = {};
+  std::optional<double> point = {};                     ///< coordinates
+  std::optional<double> parallax = {}, direction = {};  ///< anchored points
 };
 
 /// Everything that shapes a solve; use designated initialisers. An empty optional means: as the
@@ -51,7 +53,7 @@ struct Options {
   PoseUpdate pose_update = PoseUpdate::local;
   std::optional<Lens> lens = {};  ///< empty: free; fixed where the objective is of rays
   PointModel points = PointModel::xyz;
-  PointStart point_start = PointStart::problem;
+  std::optional<PointStart> point_start = {};  ///< empty: problem
   ObjectiveKind objective = ObjectiveKind::pixel;
   std::optional<RayWeight> ray_weight = {};  ///< empty: pixel
   std::optional<Gauge> gauge = {};           ///< empty: free; fixed where nothing damps

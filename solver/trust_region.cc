@@ -261,11 +261,11 @@ void TrustRegion::fill_matrices() {
     return kind == DiagonalMatrix::diag_h || matrix.empty();
   };
   if (damping_ && due(*options.damping_matrix, damping_matrix_)) {
-    fill_diagonal(*options.damping_matrix, increments_, normal_, damping_matrix_);
+    fill_diagonal(*options.damping_matrix, increments_, options.points, normal_, damping_matrix_);
   }
   const DiagonalMatrix scaling = options.scaling.value_or(DiagonalMatrix::identity);
   if (scaling == DiagonalMatrix::identity || !due(scaling, inverse_scaling_)) return;
-  fill_diagonal(scaling, increments_, normal_, inverse_scaling_);
+  fill_diagonal(scaling, increments_, options.points, normal_, inverse_scaling_);
   for (double& d : inverse_scaling_) d = 1 / std::sqrt(d);
 }
 

@@ -61,7 +61,8 @@ Named split_named(const std::string& option, const std::string& text) {
 }
 
 std::string name_of_file(const fs::path& file) {
-  std::string name = file.filename().string();
+  const bool slash = !file.has_filename();  // of a folder
+  std::string name = (slash ? file.parent_path() : file).filename().string();
   for (const char* ending : {".gz", ".bz2", ".xz", ".zst", ".txt"}) {
     if (name.ends_with(ending)) name.resize(name.size() - std::string(ending).size());
   }

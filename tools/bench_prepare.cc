@@ -7,6 +7,7 @@
 
 #include <raybundle/models/error.h>
 #include <raybundle/models/io/atomic_file.h>
+#include <raybundle/models/io/parallaxba.h>
 #include <raybundle/solver/option_table.h>
 #include <raybundle/tools/bench_process.h>
 #include <raybundle/tools/bench_stamp.h>
@@ -36,12 +37,25 @@ bool is_there(const BenchProblem& scene) {
 
 void check_file(const fs::path& file, const std::string& expected) {
   if (fs::is_regular_file(file)) return;
+  if (io::is_parallaxba(file)) {
+    static_cast<void>(io::parallaxba_files(file));
+    return;
+  }
   throw InputError(file.string(), 0, fs::exists(file) ? "no regular file" : "no file", expected);
 }
 
-std::string counts_text(const Problem& problem) {
-  return count_text(problem.camera_count(), "camera") + " and " +
-         count_text(problem.point_count(), "point");
+/// The Ceres driver reads BAL alone.
+void check_ceres_reads(const BenchPlan& plan, const BenchProblem& problem) {
+  if (plan.arguments.ceres.empty() || !io::is_parallaxba(problem.file)) return;
+  throw OptionError("PROBLEM " + problem.name +
+                    " is a folder, which the Ceres driver does not read; add --ceres none, or make "
+                    "a BAL file of it by raybundle convert");
+}
+
+/// Without the points where the truth has none.
+std::string counts_text(const Problem& problem, bool with_points) {
+  const std::string cameras = count_text(problem.camera_count(), "camera");
+  return with_points ? cameras + " and " + count_text(problem.point_count(), "point") : cameras;
 }
 
 [[noreturn]] void refuse_scene(const BenchProblem& scene, const ProcessResult& result) {
@@ -69,16 +83,20 @@ void check_files_exist(const BenchPlan& plan) {
   for (const BenchProblem& problem : plan.problems) {
     if (!problem.generate.empty()) continue;
     check_file(problem.file, "the problem " + problem.name);
+    check_ceres_reads(plan, problem);
     if (!problem.truth.empty()) check_file(problem.truth, "the truth of " + problem.name);
   }
 }
 
 void check_content(const BenchProblem& problem) {
-  const std::string found = counts_text(read_input(problem.file.string()));
+  const Problem content = read_input(problem.file.string());
   if (problem.truth.empty()) return;
-  const std::string truth = counts_text(read_input(problem.truth.string()));
-  if (truth == found) return;
-  throw InputError(problem.truth.string(), 1, truth,
+  const Problem truth = read_truth(problem.truth.string());
+  const bool with_points = !truth.points.empty();
+  const std::string found = counts_text(content, with_points);
+  const std::string of_truth = counts_text(truth, with_points);
+  if (of_truth == found) return;
+  throw InputError(problem.truth.string(), 1, of_truth,
                    found + ", as in " + problem.file.string() + ", whose truth it is to be");
 }
 

@@ -13,7 +13,8 @@ namespace raybundle::tools {
 /// Those of the Ceres driver only it can judge.
 void check_variants(const BenchPlan& plan);
 
-/// Throws InputError when a file of a problem that is not generated is not there.
+/// Throws InputError when a file of a problem that is not generated is not there, OptionError when
+/// it is a folder and the Ceres driver is to read it.
 void check_files_exist(const BenchPlan& plan);
 
 /// Reads problem and truth. Throws InputError when one is no problem, or they do not fit.

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <raybundle/models/io/atomic_file.h>
+#include <raybundle/models/io/parallaxba.h>
 #include <raybundle/tools/commands.h>
 #include <raybundle/tools/report.h>
 
@@ -38,6 +39,11 @@ std::uint64_t hash_of(std::istream& in) {
 }
 
 std::string file_stamp(const fs::path& path) {
+  if (io::is_parallaxba(path)) {
+    const io::ParallaxBaFiles files = io::parallaxba_files(path);
+    return file_stamp(files.cameras) + ", " + file_stamp(files.features) + ", " +
+           file_stamp(files.calibration);
+  }
   struct stat file {};
   if (::stat(path.c_str(), &file) != 0) {
     throw std::system_error(errno, std::generic_category(), path.string());

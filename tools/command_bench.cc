@@ -106,7 +106,8 @@ ExitCode run(const Arguments& arguments) {
 void add_problem_options(CLI::App& parser, BenchCall& call) {
   parser
       .add_option("PROBLEM", call.problems,
-                  "[NAME=]FILE[:TRUTH], a BAL file, and where known its truth.\n"
+                  "[NAME=]FILE[:TRUTH], a BAL file or a folder in ParallaxBA's\n"
+                  "format, and where known its truth, as of eval.\n"
                   "None, and no --scene: what the last call for FOLDER was given,\n"
                   "but for the options given now")
       ->type_name("");

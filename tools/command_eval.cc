@@ -95,7 +95,7 @@ Evaluation evaluate(const Arguments& arguments, const Problem& problem) {
   result.cost = objective.cost(objective.state_of(problem));
   if (!arguments.truth.empty()) {
     result.truth_source = arguments.truth;
-    result.truth = compare_with_truth(problem, read_input(arguments.truth));
+    result.truth = compare_with_truth(problem, read_truth(arguments.truth));
   }
   return result;
 }
@@ -136,7 +136,8 @@ void add_files(CLI::App& parser, Arguments& arguments) {
   };
   add("--truth", arguments.truth,
       "The same cameras and points where they really are, as BAL:\n"
-      "errors of centres and points after alignment by similarities [none]",
+      "errors of centres and points after alignment by similarities;\n"
+      "or cameras alone: a file in ParallaxBA's columns, or a folder [none]",
       "TRUTH");
   add("--cameras-csv", arguments.cameras_csv,
       "Write residuals, centre and error of each camera here;\n- is standard output [none]",
@@ -149,7 +150,8 @@ void add_files(CLI::App& parser, Arguments& arguments) {
 }  // namespace
 
 const char* const input_help =
-    "A BAL file, plain or compressed (gzip, bzip2, xz, zstd);\n- is standard input";
+    "A BAL file, plain or compressed (gzip, bzip2, xz, zstd), or a\n"
+    "folder in ParallaxBA's format; - is standard input";
 
 Command add_eval(CLI::App& program) {
   CLI::App* parser = program.add_subcommand(

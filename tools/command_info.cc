@@ -70,14 +70,28 @@ std::string method_advice(const MemoryEstimates& memory) {
          " with --method tnm.";
 }
 
+/// How to describe points whose depth is hardly determined.
+std::string parallax_advice(const StructureStatistics& s) {
+  std::string text = percent_text(s.low_parallax_points, s.points) +
+                     " of the points have less than 1 degree of parallax";
+  if (s.collinear_points > 0) {
+    text += ", " + percent_text(s.collinear_points, s.points) +
+            " lie along the motion of their observers";
+  }
+  return text +
+         ": their depth is hardly determined, and coordinates converge slowly. Angles describe "
+         "them better: --points pmba, with lenses you trust also --objective ray --method dogleg.";
+}
+
 std::vector<std::string> advice(const Info& info) {
   const StructureStatistics& s = info.structure;
   std::vector<std::string> result = {method_advice(info.memory)};
   constexpr double notable = 0.05;
-  if (static_cast<double>(s.low_parallax_points) > notable * static_cast<double>(s.points)) {
-    result.push_back(percent_text(s.low_parallax_points, s.points) +
-                     " of the points have less than 1 degree of parallax: their depth is hardly "
-                     "determined, and convergence may be slow.");
+  const auto is_notable = [&](std::int64_t points) {
+    return static_cast<double>(points) > notable * static_cast<double>(s.points);
+  };
+  if (is_notable(s.low_parallax_points) || is_notable(s.collinear_points)) {
+    result.push_back(parallax_advice(s));
   }
   constexpr std::int64_t determined = 5;  // of two numbers each, for nine parameters
   if (s.fewest_observations < determined && s.cameras > s.unobserved_cameras) {
@@ -129,6 +143,8 @@ std::string info_text(const Info& info) {
                                 percent_text(s.camera_pairs, all_pairs) + ")");
   table.add("low parallax", count(s.low_parallax_points) + " points below 1 degree (" +
                                 percent_text(s.low_parallax_points, s.points) + ")");
+  table.add("collinear", count(s.collinear_points) + " points along their observers' motion (" +
+                             percent_text(s.collinear_points, s.points) + ")");
   table.add("cost", format("%.6e", info.reprojection.cost));
   table.add("RMSE", format("%.6g px", info.reprojection.rmse));
   table.add("behind cameras", count(info.reprojection.behind_camera) + " observations");
@@ -145,6 +161,10 @@ std::string info_text(const Info& info) {
   text += "\nadvice\n";
   for (const std::string& each : info.advice) text += "  " + each + "\n";
   return text;
+}
+
+double share(std::int64_t part, std::int64_t whole) {
+  return static_cast<double>(part) / static_cast<double>(whole);
 }
 
 std::string info_json(const Info& info) {
@@ -174,6 +194,9 @@ std::string info_json(const Info& info) {
                      {"largest_component", s.largest_component},
                      {"camera_pairs", s.camera_pairs},
                      {"low_parallax_points", s.low_parallax_points},
+                     {"low_parallax_share", share(s.low_parallax_points, s.points)},
+                     {"collinear_points", s.collinear_points},
+                     {"collinear_share", share(s.collinear_points, s.points)},
                      {"cost", info.reprojection.cost},
                      {"rmse", info.reprojection.rmse},
                      {"behind_cameras", info.reprojection.behind_camera},

@@ -17,6 +17,7 @@
 
 #include <raybundle/models/io/atomic_file.h>
 #include <raybundle/models/io/bal.h>
+#include <raybundle/models/io/parallaxba.h>
 #include <raybundle/models/scenes/street.h>
 #include <raybundle/models/statistics.h>
 #include <raybundle/solver/solve.h>
@@ -52,6 +53,22 @@ class Stopwatch {
 
 void say(const std::string& line) { std::fputs((line + "\n").c_str(), stderr); }
 
+/// A folder holds cameras of one fixed lens and what they observed, but no points.
+void check_output_folder(const Arguments& arguments, const Options& effective) {
+  const std::string folder = "--output: the folder " + arguments.output + " ";
+  if (!io::is_parallaxba(arguments.input)) {
+    throw OptionError(folder +
+                      "would be in ParallaxBA's format, without points, which INPUT is "
+                      "not; name a file, and see raybundle convert");
+  }
+  if (effective.lens == Lens::free) {
+    throw OptionError(folder +
+                      "has one lens for all cameras, and each is to be solved for its "
+                      "own; add --lens fixed, or name a file");
+  }
+  check_folder("--output", arguments.output, arguments.input);
+}
+
 /// Whatever can be refused before the first long stage.
 void check(const Arguments& arguments) {
   if (!arguments.input.empty() && arguments.seed) {
@@ -61,8 +78,12 @@ void check(const Arguments& arguments) {
   if (both && same_file(arguments.output, arguments.log)) {
     throw OptionError("--output and --log are the same: " + arguments.log);
   }
-  static_cast<void>(resolve(arguments.options));
-  check_result("--output", arguments.output, arguments.input);
+  const Options effective = resolve(arguments.options);
+  if (names_folder(arguments.output)) {
+    check_output_folder(arguments, effective);
+  } else {
+    check_result("--output", arguments.output, arguments.input);
+  }
   check_result("--log", arguments.log, arguments.input);
 }
 
@@ -110,7 +131,11 @@ Summary solve_shown(const Arguments& arguments, const InterruptGuard& interrupt,
 
 void write_solution(const std::string& output, const Problem& problem, SolveRecord& record) {
   const Stopwatch watch;
-  io::write_bal(problem, std::filesystem::path(output_path(output)));
+  if (names_folder(output)) {
+    io::write_parallaxba(problem, output);
+  } else {
+    io::write_bal(problem, std::filesystem::path(output_path(output)));
+  }
   record.write_seconds = watch.seconds();
   record.output = output == "-" ? "standard output" : output;
 }
@@ -169,8 +194,12 @@ ExitCode exit_code(const Summary& summary) {
   return ExitCode::numerical_failure;
 }
 
-ExitCode run(const Arguments& arguments) {
+ExitCode run(Arguments arguments) {
   check(arguments);
+  // Its points come from the rays anyway: so their parallax is exact.
+  if (!arguments.options.point_start && io::is_parallaxba(arguments.input)) {
+    arguments.options.point_start = PointStart::rays;
+  }
   SolveRecord record;
   Problem problem = obtain(arguments, record);
   record.before = reprojection_statistics(problem);
@@ -203,7 +232,9 @@ Command add_solve(CLI::App& program) {
       ->check(has_name, "");
   parser
       ->add_option("-o,--output", arguments->output,
-                   "Write the solution here, as BAL; - is standard output [none]")
+                   "Write the solution here, as BAL; - is standard output. A folder\n"
+                   "(one that is there, or ends in /): in ParallaxBA's format, where\n"
+                   "INPUT is in it and lenses are fixed [none]")
       ->type_name("OUT")
       ->check(has_name, "");
   parser

@@ -28,17 +28,18 @@ Json loss_json(const RobustLoss& loss) {
 Json truth_json(const Evaluation& evaluation) {
   if (!evaluation.truth) return {};
   const TruthErrors& truth = *evaluation.truth;
+  const auto of_points = [&](double value) { return truth.points > 0 ? Json(value) : Json(); };
   return {{"source", evaluation.truth_source},
           {"cameras", truth.cameras},
           {"points", truth.points},
           {"camera_rmse", truth.camera_rmse},
-          {"point_rmse", truth.point_rmse},
-          {"point_median", truth.point_median},
+          {"point_rmse", of_points(truth.point_rmse)},
+          {"point_median", of_points(truth.point_median)},
           {"rotation_mean_degrees", truth.rotation_mean},
           {"camera_scale", truth.camera_alignment.scale},
-          {"point_scale", truth.point_alignment.scale},
-          {"point_rmse_by_cameras", truth.point_rmse_by_cameras},
-          {"point_median_own", truth.point_median_own}};
+          {"point_scale", of_points(truth.point_alignment.scale)},
+          {"point_rmse_by_cameras", of_points(truth.point_rmse_by_cameras)},
+          {"point_median_own", of_points(truth.point_median_own)}};
 }
 
 std::string count_text(std::int64_t part, std::int64_t whole, const char* what) {
@@ -47,17 +48,12 @@ std::string count_text(std::int64_t part, std::int64_t whole, const char* what) 
 }
 
 /// Which figures belong to which alignment, and whether the points' own can be trusted.
-void add_truth(const Evaluation& evaluation, Table& table) {
-  const TruthErrors& truth = *evaluation.truth;
+void add_point_errors(const TruthErrors& truth, std::int64_t points, Table& table) {
   const double by_cameras = truth.camera_alignment.scale;
   const double by_points = truth.point_alignment.scale;
-  table.heading("against " + evaluation.truth_source + ", aligned by the camera centres:");
-  table.add("  scale", format("%.6g", by_cameras));
-  table.add("  RMSE of camera centres", format("%.9g", truth.camera_rmse));
-  table.add("", count_text(truth.cameras, evaluation.cameras, "cameras"));
   table.add("  RMSE of points", format("%.9g", truth.point_rmse_by_cameras));
   table.add("  median of points", format("%.9g", truth.point_median));
-  table.add("", count_text(truth.points, evaluation.points, "points"));
+  table.add("", count_text(truth.points, points, "points"));
   table.heading("aligned by the points themselves:");
   table.add("  scale", format("%.6g", by_points));
   table.add("  RMSE of points", format("%.9g", truth.point_rmse));
@@ -67,6 +63,15 @@ void add_truth(const Evaluation& evaluation, Table& table) {
     table.add("  warning", "the scales differ: a few far points dominate this alignment;");
     table.add("", "see the median that is aligned by the camera centres");
   }
+}
+
+void add_truth(const Evaluation& evaluation, Table& table) {
+  const TruthErrors& truth = *evaluation.truth;
+  table.heading("against " + evaluation.truth_source + ", aligned by the camera centres:");
+  table.add("  scale", format("%.6g", truth.camera_alignment.scale));
+  table.add("  RMSE of camera centres", format("%.9g", truth.camera_rmse));
+  table.add("", count_text(truth.cameras, evaluation.cameras, "cameras"));
+  if (truth.points > 0) add_point_errors(truth, evaluation.points, table);
   table.heading("turned as fits best:");
   table.add("  mean rotation error", format("%.9g degrees", truth.rotation_mean));
 }
@@ -142,7 +147,7 @@ void write_points_csv(const std::string& output, const Problem& problem,
                       const ReprojectionBreakdown& breakdown,
                       const std::optional<TruthErrors>& truth) {
   write_csv(output, "point", breakdown.points, problem.points,
-            truth ? &truth->point_errors : nullptr);
+            truth && truth->points > 0 ? &truth->point_errors : nullptr);
 }
 
 }  // namespace raybundle::tools

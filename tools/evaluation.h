@@ -35,7 +35,8 @@ std::string evaluation_report(const Evaluation& evaluation);
 ///   truth{source, cameras, points (that were compared), camera_rmse, point_rmse,
 ///     point_median, rotation_mean_degrees, camera_scale, point_scale (of the alignments),
 ///     point_rmse_by_cameras, point_median_own}, null where there is none. Of the points, the RMSE
-///     belongs to their own alignment and the median to the cameras', unless the key says otherwise
+///     belongs to their own alignment and the median to the cameras', unless the key says
+///     otherwise; all five are null for a truth of cameras alone
 std::string evaluation_json(const Evaluation& evaluation);
 
 /// One line per camera: camera, observations, rmse, largest, x, y, z (the centre) and, with a
@@ -45,7 +46,7 @@ void write_cameras_csv(const std::string& output, const Problem& problem,
                        const ReprojectionBreakdown& breakdown,
                        const std::optional<TruthErrors>& truth);
 
-/// The same per point.
+/// The same per point; no error for a truth of cameras alone.
 void write_points_csv(const std::string& output, const Problem& problem,
                       const ReprojectionBreakdown& breakdown,
                       const std::optional<TruthErrors>& truth);

@@ -6,8 +6,15 @@
 
 namespace raybundle::tools {
 
-/// Reads what INPUT names: a BAL file or, for "-", standard input; either may be compressed (gzip,
-/// bzip2, xz, zstd, told by the first bytes). Throws InputError.
+/// Reads what INPUT names: a folder in ParallaxBA's format, a BAL file or, for "-", standard input;
+/// the last two may be compressed (gzip, bzip2, xz, zstd, told by the first bytes). Throws
+/// InputError.
 Problem read_input(const std::string& input);
+
+/// Reads what is known to be true of a problem: a BAL file, or cameras without points from a file
+/// in ParallaxBA's columns, six numbers a line, or from such a folder (whose points would only be
+/// guessed from its rays). Files may be "-" or compressed as above; the first line tells which
+/// format it is. Throws InputError.
+Problem read_truth(const std::string& truth);
 
 }  // namespace raybundle::tools

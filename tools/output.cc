@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include <raybundle/models/io/atomic_file.h>
+#include <raybundle/models/io/parallaxba.h>
 #include <raybundle/solver/option_table.h>
 
 namespace raybundle::tools {
@@ -36,10 +37,34 @@ bool same_file(const std::string& a, const std::string& b) {
   return place(a) == place(b);
 }
 
+bool names_folder(const std::string& output) {
+  return output.ends_with('/') || std::filesystem::is_directory(output);
+}
+
+void check_folder(const std::string& option, const std::string& output, const std::string& input) {
+  if (!input.empty() && same_file(output, input)) {
+    throw OptionError(option + " is the input, which is never changed: " + output);
+  }
+  const std::filesystem::path folder = std::filesystem::path(output) / "";
+  const std::filesystem::path name = folder.parent_path();  // without the slash
+  if (!std::filesystem::exists(name)) return check_output(name.string());
+  if (!std::filesystem::is_directory(name)) {
+    throw OptionError(option + ": " + output + " is a file; ParallaxBA's format is a folder");
+  }
+  if (io::holds_parallaxba(name)) {
+    throw OptionError(option + ": " + output + " holds a problem already; name another folder");
+  }
+  check_output((folder / "Cam.txt").string());
+}
+
 void check_result(const std::string& option, const std::string& output, const std::string& input) {
   if (output.empty()) return;
   if (!input.empty() && input != "-" && output != "-" && same_file(output, input)) {
     throw OptionError(option + " is the input, which is never changed: " + output);
+  }
+  if (io::is_parallaxba(input) && io::is_parallaxba_file(output) &&
+      same_file(std::filesystem::absolute(output).parent_path(), input)) {
+    throw OptionError(option + " would be a part of the input, which is never changed: " + output);
   }
   for (const char* ending : {".gz", ".bz2", ".xz", ".zst"}) {
     if (!output.ends_with(ending)) continue;

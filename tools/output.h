@@ -13,9 +13,9 @@ void check_output(const std::string& output);
 /// Whether two names stand for one file, or both for standard output.
 bool same_file(const std::string& a, const std::string& b);
 
-/// A result must not replace what it was made from, and is never compressed: throws OptionError
-/// naming `option` for such an `output`, std::system_error as check_output() does. An empty name
-/// is no output, or no input.
+/// A result must not replace what it was made from, nor a file of a folder that it was made from,
+/// and is never compressed: throws OptionError naming `option` for such an `output`,
+/// std::system_error as check_output() does. An empty name is no output, or no input.
 void check_result(const std::string& option, const std::string& output, const std::string& input);
 
 /// Where "-" stands for standard output, a name that stands for it elsewhere too.
@@ -24,5 +24,13 @@ std::string output_path(const std::string& output);
 /// Writes a report to standard output. Throws std::system_error, but not when the reader of a pipe
 /// has seen enough and closed it.
 void print(std::string_view text);
+
+/// Whether a result of this name is to be a folder: it is one, or ends in a slash.
+bool names_folder(const std::string& output);
+
+/// Whatever keeps a problem from being written to the folder `output`, which need not exist: throws
+/// OptionError naming `option` when it is a file, the input, or holds a problem already;
+/// std::system_error when it could not be written.
+void check_folder(const std::string& option, const std::string& output, const std::string& input);
 
 }  // namespace raybundle::tools

@@ -276,6 +276,20 @@ TEST(Truth, WhatNobodyObservesIsLeftOut) {
   EXPECT_FALSE(std::isnan(errors.point_errors[22]));
 }
 
+TEST(Truth, OfCamerasAlone) {
+  Problem truth = small_problem({.seed = 8, .cameras = 6});
+  Problem problem = truth;
+  problem.cameras[3] += 0.2;
+  const TruthErrors whole = compare_with_truth(problem, truth);
+  truth.points.clear();
+  const TruthErrors errors = compare_with_truth(problem, truth);
+  EXPECT_GT(errors.camera_rmse, 0);
+  EXPECT_EQ(errors.camera_rmse, whole.camera_rmse);
+  EXPECT_EQ(errors.rotation_mean, whole.rotation_mean);
+  EXPECT_EQ(errors.points, 0);
+  EXPECT_TRUE(errors.point_errors.empty());
+}
+
 TEST(Truth, MustHaveAsManyCamerasAndPoints) {
   const Problem problem = small_problem({.seed = 1, .cameras = 4, .points = 20});
   EXPECT_THROW(compare_with_truth(problem, small_problem({.cameras = 5, .points = 20})),

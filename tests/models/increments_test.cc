@@ -21,9 +21,10 @@ namespace {
 
 constexpr std::size_t focal = 2, k1 = 3, k2 = 4;
 
-IncrementSearch search(const Problem& problem, int threads = 2) {
+IncrementSearch search(const Problem& problem, int threads = 2,
+                       PointModel points = PointModel::xyz) {
   linalg::ThreadPool pool(threads);
-  return search_increments(problem, pool);
+  return search_increments(problem, points, pool);
 }
 
 double least(const std::vector<IncrementTrial>& trials) {
@@ -36,6 +37,10 @@ TEST(Increments, TruncationAndRoundingMeet) {
   const IncrementSearch found = search(test::small_problem({.seed = 3}));
   for (std::size_t kind = 0; kind < found.trials.size(); ++kind) {
     const auto& trials = found.trials[kind];
+    if (!has_kind(PointModel::xyz, static_cast<ParameterKind>(kind))) {
+      EXPECT_TRUE(trials.empty());
+      continue;
+    }
     ASSERT_EQ(trials.size(), 13U);
     EXPECT_EQ(trials.front().step, 1);
     if (kind == focal || kind == k1 || kind == k2) continue;
@@ -56,18 +61,37 @@ TEST(Increments, TheLensHasNoTruncation) {
 }
 
 TEST(Increments, AreTheSmallestStepsAsAccurateAsTheHardestKind) {
-  const IncrementSearch found = search(test::small_problem({.seed = 5}));
-  const std::array chosen = {found.found.rotation, found.found.translation, found.found.focal,
-                             found.found.k1,       found.found.k2,          found.found.point};
-  double hardest = 0;
-  for (const auto& trials : found.trials) hardest = std::max(hardest, least(trials));
-  EXPECT_EQ(found.attainable, hardest);
-  for (std::size_t kind = 0; kind < chosen.size(); ++kind) {
-    double smallest = 1;
-    for (const IncrementTrial& trial : found.trials[kind]) {
-      if (trial.error <= hardest) smallest = std::min(smallest, trial.step);
+  for (const PointModel points : {PointModel::xyz, PointModel::pmba}) {
+    const IncrementSearch found = search(test::small_problem({.seed = 5}), 2, points);
+    double hardest = 0;
+    for (const auto& trials : found.trials) {
+      if (!trials.empty()) hardest = std::max(hardest, least(trials));
     }
-    EXPECT_EQ(chosen[kind], smallest) << kind;
+    EXPECT_EQ(found.attainable, hardest);
+    for (std::size_t kind = 0; kind < found.trials.size(); ++kind) {
+      if (!has_kind(points, static_cast<ParameterKind>(kind))) continue;
+      double smallest = 1;
+      for (const IncrementTrial& trial : found.trials[kind]) {
+        if (trial.error <= hardest) smallest = std::min(smallest, trial.step);
+      }
+      EXPECT_EQ(increment(found.found, static_cast<ParameterKind>(kind)), smallest) << kind;
+    }
+  }
+}
+
+// Moved together, a point's anchors and observer would hide one another's effect; differences agree
+// with the analytic derivatives for every anchored description all the same.
+TEST(Increments, OfAnchoredPoints) {
+  for (const PointModel points : {PointModel::idp, PointModel::pba, PointModel::pmba}) {
+    const IncrementSearch found = search(test::small_problem({.seed = 3}), 2, points);
+    EXPECT_TRUE(found.trials[static_cast<std::size_t>(ParameterKind::point)].empty());
+    for (const ParameterKind kind : {ParameterKind::rotation, ParameterKind::translation,
+                                     ParameterKind::parallax, ParameterKind::direction}) {
+      const auto& trials = found.trials[static_cast<std::size_t>(kind)];
+      ASSERT_EQ(trials.size(), 13U);
+      EXPECT_LT(least(trials), 1e-5) << static_cast<int>(points) << " " << name(kind);
+      EXPECT_GT(trials[2].error, 100 * least(trials));
+    }
   }
 }
 

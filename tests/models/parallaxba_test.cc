@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <system_error>
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
@@ -98,8 +99,33 @@ TEST(ParallaxBa, AsBalItIsMetAsWell) {
 
 TEST(ParallaxBa, RefusesWhatItCannotHold) {
   const test::TemporaryFolder folder;
-  EXPECT_THROW(io::write_parallaxba(test::small_problem(), folder.path()), InputError)
+  EXPECT_THROW(io::write_parallaxba(test::small_problem(), folder / "new"), InputError)
       << "lenses that differ and distort";
+  EXPECT_FALSE(fs::exists(folder / "new"));
+  write_example(folder.path());
+  Problem problem = io::read_parallaxba(folder.path());
+  EXPECT_EQ(io::lens_breach(problem), "");
+  problem.points.insert(problem.points.end(), 3, 1.0);
+  EXPECT_THROW(io::write_parallaxba(problem, folder / "new"), InputError) << "a point unobserved";
+  problem.points.resize(9);
+  problem.cameras[9 + 7] = 0.5;
+  EXPECT_NE(io::lens_breach(problem).find("camera 1 with f 1000"), std::string::npos);
+}
+
+TEST(ParallaxBa, IsWrittenWholeOrNotAtAll) {
+  const test::TemporaryFolder folder;
+  write_example(folder.path());
+  const Problem problem = io::read_parallaxba(folder.path());
+  EXPECT_THROW(io::write_parallaxba(problem, folder.path()), std::system_error)
+      << "a second Cam* would make it unreadable";
+  EXPECT_EQ(folder.entry_count(), 3);
+  EXPECT_THROW(io::write_parallaxba(problem, folder / "no" / "such"), std::system_error);
+  EXPECT_THROW(io::write_parallaxba(problem, folder / "cal1.txt"), std::system_error);
+  fs::create_directory(folder / "notes");
+  write(folder / "notes" / "readme", "mine");
+  io::write_parallaxba(problem, folder / "notes");
+  EXPECT_EQ(io::read_parallaxba(folder / "notes").observation_point, problem.observation_point);
+  EXPECT_TRUE(fs::exists(folder / "notes" / "readme")) << "other files stay";
 }
 
 TEST(ParallaxBa, ErrorsNameFileAndLine) {

@@ -126,6 +126,7 @@ TEST(OptionTable, ReachesEveryMember) {
   EXPECT_EQ(options.pose_update, PoseUpdate::se3);
   EXPECT_EQ(options.lens, Lens::fixed);
   EXPECT_EQ(options.forcing_rule, ForcingRule::nash_sofer);
+  EXPECT_EQ(options.point_start, PointStart::rays);
   EXPECT_EQ(options.loss, Loss::truncated);
   EXPECT_EQ(options.loss_scope, LossScope::component);
   EXPECT_TRUE(options.diagnose);
@@ -137,7 +138,7 @@ TEST(OptionTable, ReachesEveryMember) {
        {options.initial_damping, options.min_damping, options.max_damping, options.initial_radius,
         options.min_radius, options.forcing, options.loss_scale, options.loss_start_scale,
         options.inc.rotation, options.inc.translation, options.inc.focal, options.inc.k1,
-        options.inc.k2, options.inc.point}) {
+        options.inc.k2, options.inc.point, options.inc.parallax, options.inc.direction}) {
     EXPECT_EQ(value, 77);
   }
   for (const int value : {options.max_iterations, options.max_consecutive_failures,

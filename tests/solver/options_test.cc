@@ -53,6 +53,18 @@ TEST(Resolve, FillsEveryChoiceThatHasAnEffect) {
     EXPECT_EQ(effective.forcing.has_value(), inner);
     EXPECT_EQ(effective.max_inner_iterations.has_value(), inner);
   }
+  EXPECT_EQ(resolve({}).point_start, PointStart::problem);
+  EXPECT_EQ(resolve({.point_start = PointStart::rays}).point_start, PointStart::rays);
+  const Options anchored = resolve({.method = Method::dinm, .points = PointModel::idp});
+  EXPECT_TRUE(anchored.inc.direction && !anchored.inc.parallax && !anchored.inc.point);
+  const Options undamped = resolve({.method = Method::inm, .points = PointModel::pmba});
+  EXPECT_EQ(undamped.inc.parallax, 1e-8) << "inm bounds the blocks of the points too";
+  EXPECT_EQ(undamped.inc.rotation, 1e-8);
+  EXPECT_EQ(undamped.inc.translation, 1e-8);
+  EXPECT_EQ(undamped.inc.direction, 1e-9);
+  EXPECT_EQ(resolve({.method = Method::inm, .points = PointModel::idp}).inc.parallax, 1e-9);
+  const Options coordinates = resolve({.method = Method::dinm});
+  EXPECT_TRUE(!coordinates.inc.parallax && !coordinates.inc.direction && coordinates.inc.point);
   EXPECT_EQ(resolve({}).elimination, Elimination::points);
   EXPECT_EQ(resolve({.elimination = Elimination::cameras}).elimination, Elimination::cameras);
   const Options tnm = resolve({.method = Method::tnm, .elimination = Elimination::none});
@@ -60,14 +72,14 @@ TEST(Resolve, FillsEveryChoiceThatHasAnEffect) {
   EXPECT_NE(tnm.preconditioner, Preconditioner::block_diag_s);
 }
 
-/// The number after "auto: " that ends a help text, if it is one alone.
+/// The number after "auto: " that ends a help text, alone or before a comma and an exception.
 std::optional<double> promised(const std::string& help) {
   const std::size_t at = help.find("auto: ");
   if (at == std::string::npos) return std::nullopt;
   const std::string rest = help.substr(at + 6);
   char* end = nullptr;
   const double value = std::strtod(rest.c_str(), &end);
-  return end != rest.c_str() && *end == '\0' ? std::optional(value) : std::nullopt;
+  return end != rest.c_str() && (*end == '\0' || *end == ',') ? std::optional(value) : std::nullopt;
 }
 
 TEST(Resolve, RaysHaveFixedLensesAndAWeight) {
@@ -201,6 +213,16 @@ TEST(Resolve, RefusesWhatTheMethodDoesNotHave) {
   refused({.inc = {.rotation = 1e-8}}, "inc-rotation");
   refused({.method = Method::dinm, .lens = Lens::fixed, .inc = {.k1 = 1e-8}}, "inc-k1");
   EXPECT_EQ(message_of({.method = Method::dinm, .inc = {.rotation = 1e-8}}), "");
+  refused({.method = Method::dinm, .inc = {.parallax = 1e-8}}, "inc-parallax");
+  refused({.method = Method::dinm, .points = PointModel::pmba, .inc = {.point = 1e-8}},
+          "inc-point");
+  refused({.method = Method::dinm, .points = PointModel::pmba, .inc = {.parallax = 1e-8}},
+          "inc-parallax");
+  EXPECT_EQ(message_of({.method = Method::dinm,
+                        .elimination = Elimination::none,
+                        .points = PointModel::pmba,
+                        .inc = {.parallax = 1e-8}}),
+            "");
   EXPECT_EQ(message_of({.damping_matrix = DiagonalMatrix::inc, .inc = {.k1 = 1e-8}}), "");
   EXPECT_EQ(message_of({.method = Method::irls, .loss_scale = 2, .loss_start_scale = 9}), "");
   EXPECT_EQ(message_of({.loss = Loss::cauchy, .loss_scale = 2}), "") << "any method takes a loss";

@@ -53,7 +53,7 @@ class DenseStep {
 
   /// (increment of points / increment)^2 for every unknown, from the default increments.
   static Eigen::VectorXd inc_matrix(Eigen::Index hubs, Eigen::Index hub_size, Eigen::Index size) {
-    const Increments inc;
+    const Increments inc = shipped_increments(PointModel::xyz);
     Eigen::VectorXd camera(9);
     camera << inc.rotation, inc.rotation, inc.rotation, inc.translation, inc.translation,
         inc.translation, inc.focal, inc.k1, inc.k2;
@@ -109,7 +109,7 @@ class StepFixture {
     std::vector<double> inverse;
     const DiagonalMatrix scaling = options_.scaling.value_or(DiagonalMatrix::identity);
     if (scaling != DiagonalMatrix::identity) {
-      fill_diagonal(scaling, increments(options_), normal_, inverse);
+      fill_diagonal(scaling, increments(options_), options_.points, normal_, inverse);
       for (double& d : inverse) d = 1 / std::sqrt(d);
     }
     Result result;

@@ -184,7 +184,7 @@ TEST_F(BenchCli, ACallThatIsRefusedLeavesTheEarlierBench) {
   refused({"--variant", "bad=--log x"}, 2, "variant bad: ");
   refused({"--best", "other=1"}, 2, "other");
   refused({input_ + "x"}, 3, input_ + "x");
-  refused({output_}, 3, "no regular file");
+  refused({output_}, 3, "0 files cal* or intrinsic*");
   refused({empty}, 3, empty);
   refused({input_ + ":" + truth}, 3, truth + ":1: found 11 cameras and 300 points");
 
