@@ -193,6 +193,11 @@ void add_scene_options(CLI::App& parser, Arguments& arguments) {
                   "street: share of the features, 0 to 1, that are far ahead [0.1]")
       ->type_name("X");
   parser
+      .add_option("--collinear", arguments.scene.collinear_share,
+                  "street: share of the points, 0 to 1, on the line along which the cameras that\n"
+                  "see them move [0]")
+      ->type_name("X");
+  parser
       .add_option(
           "--lap", arguments.scene.lap,
           "street: steps round the block until the way repeats, a multiple of 4\nfrom 160; 0: no "
@@ -214,6 +219,8 @@ void add_scene_options(CLI::App& parser, Arguments& arguments) {
 }
 
 void add_noise_options(CLI::App& parser, Arguments& arguments) {
+  parser.add_flag("--true-lenses", arguments.scene.true_lenses,
+                  "Lenses start as they are, for solves that keep them [off: without distortion]");
   const auto add = [&parser](const char* name, std::optional<double>& value, const char* help) {
     parser.add_option(name, value, help)->type_name("X");
   };

@@ -46,6 +46,7 @@ void check_kind_options(const SceneRequest& request, std::optional<scenes::Kind>
   };
   only_for(Kind::sphere, "--region", request.region);
   only_for(Kind::street, "--far", request.far_share);
+  only_for(Kind::street, "--collinear", request.collinear_share);
   only_for(Kind::street, "--lap", request.lap);
   only_for(Kind::aerial, "--height", request.height);
   only_for(Kind::photos, "--sights", request.sights);
@@ -68,6 +69,7 @@ scenes::Scene scene_of(const SceneRequest& request, scenes::Kind kind) {
       scenes::StreetOptions options;
       take_counts(request, options);
       take(request.far_share, options.far_share);
+      take(request.collinear_share, options.collinear_share);
       take(request.lap, options.lap);
       return scenes::street_scene(options);
     }
@@ -133,6 +135,11 @@ SceneRecipe recipe_of(const SceneRequest& request) {
   take(request.outliers, recipe.noise.outlier_share);
   take(request.start_rotation, recipe.start.rotation);
   take(request.start_position, recipe.start.position);
+  if (request.true_lenses) {
+    refuse("--start-focal", request.start_focal, "--true-lenses keeps the focal lengths");
+    recipe.start.focal = 0;
+    recipe.start.distortion = true;
+  }
   take(request.start_focal, recipe.start.focal);
   take(request.start_point, recipe.start.point);
   return recipe;

@@ -15,11 +15,12 @@ struct SceneRequest {
   std::uint64_t seed = 1;
   std::optional<std::uint64_t> noise_seed;
   std::optional<std::int64_t> cameras, points, observations;
-  std::optional<double> region, far_share, height;  ///< of one kind each
+  std::optional<double> region, far_share, collinear_share, height;  ///< of one kind each
   std::optional<std::int64_t> lap, sights;
   std::optional<double> scale;  ///< of presets only
   std::optional<double> pixel_noise, outliers;
   std::optional<double> start_rotation, start_position, start_focal, start_point;
+  bool true_lenses = false;
 };
 
 /// What makes a problem to solve.

@@ -1,7 +1,9 @@
 """Chapter 3 of the thesis on Ladybug: its numbers and its claims."""
 
+from reproduce.claims import Claim
+
 from . import measured
-from .claims import (Claim, breaks_down, falling, faster_to, least, ranking, similar,
+from .claims import (breaks_down, falling, faster_to, least, ranking, similar,
                      times_faster)
 from .experiment import Experiment, Row, Table, pair
 

@@ -1,7 +1,9 @@
 """Chapters 4 and 5 of the thesis: their numbers and their claims."""
 
+from reproduce.claims import Claim
+
 from . import measured
-from .claims import (Claim, below, breaks_down, faster_to, identical_start, least, similar,
+from .claims import (below, breaks_down, faster_to, identical_start, least, similar,
                      times_faster)
 from .experiment import Experiment, Row, Table, pair
 

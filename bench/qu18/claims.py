@@ -1,6 +1,7 @@
 """Claims of the thesis as functions of results: (verdict, sentence with our numbers)."""
 
-HOLDS, FAILS, TIE, MISSING = "holds", "fails", "no difference", "not run"
+from reproduce.claims import FAILS, HOLDS, MISSING, TIE, number
+
 QUANTITIES = {
     "cost": "final cost",
     "gradient": "final gradient norm",
@@ -16,21 +17,6 @@ QUANTITIES = {
 }
 # Factors that are no difference; 1.02 where nothing is said.
 SAME = {"cost": 1.0001, "gradient": 1.5, "least_gradient": 1.5}
-
-
-class Claim:
-    def __init__(self, text, check):
-        self.text, self.check = text, check
-
-
-def number(value, digits=3):
-    if value is None:
-        return "?"
-    if value == float("inf"):
-        return "never"
-    if 1000 <= value < 1e6 and digits == 3:
-        return f"{value:.0f}"
-    return f"{value:.{digits}g}"
 
 
 def digits_of(quantity):

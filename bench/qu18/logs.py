@@ -1,7 +1,8 @@
 """What a run of `raybundle bench` left behind."""
 
-import json
 import math
+
+from reproduce.logs import fastest, load
 
 
 class Run:
@@ -9,11 +10,7 @@ class Run:
     is how the thesis counts iterations."""
 
     def __init__(self, folder, steps):
-        logs = [(load(file), file.stem) for file in sorted(folder.glob("*.json")) if file.stem.isdigit()]
-        self.log, number = min(logs, key=lambda each: each[0]["summary"]["seconds"]["total"],
-                               default=(None, "1"))
-        self.outcome = load(folder / f"{number}.run.json") or {"status": "not run", "message": ""}
-        truth = (load(folder / f"{number}.eval.json") or {}).get("truth") or {}
+        self.log, self.outcome, truth = fastest(folder)
         self.camera, self.point = truth.get("camera_rmse"), truth.get("point_rmse")
         self.median = truth.get("point_median")
         self.trials = cut(self.log["iterations"], steps) if self.log else []
@@ -103,10 +100,6 @@ def cut(iterations, steps):
         if accepted == steps:
             return iterations[:k + 1]
     return iterations
-
-
-def load(file):
-    return json.loads(file.read_text()) if file.is_file() else None
 
 
 class Results:

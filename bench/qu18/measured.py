@@ -4,22 +4,13 @@ import math
 import random
 import re
 
-from .claims import FAILS, HOLDS, MISSING, number
+from reproduce.claims import FAILS, HOLDS, MISSING, number
+from reproduce.text import lines_plot, table
+
 from .experiment import Extra
 
 NOT_RUN = Extra("Not run.\n")
 KINDS = ("rotation", "translation", "focal", "k1", "k2", "point")
-
-
-def table(head, rows):
-    lines = ["| " + " | ".join(str(cell) for cell in row) + " |" for row in [head] + rows]
-    lines.insert(1, "|---" + "|--:" * (len(head) - 1) + "|")
-    return "\n".join(lines) + "\n"
-
-
-def lines_plot(name, title, labels, series, **more):
-    return {"kind": "lines", "name": name, "title": title, "x_label": labels[0],
-            "y_label": labels[1], "series": series, **more}
 
 
 def taylor(results):

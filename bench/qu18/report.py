@@ -1,10 +1,10 @@
 """The report: docs/results/qu18.md with its plots."""
 
-import shutil
+from reproduce.claims import FAILS, HOLDS, MISSING, TIE, count, judged, number
+from reproduce.text import claim_lines, failures, image, lines_plot, table, write_page
 
-from .claims import FAILS, HOLDS, MISSING, TIE, digits_of, number
+from .claims import digits_of
 from .experiment import Row
-from .measured import lines_plot, table
 
 
 def ratios(row):
@@ -95,14 +95,6 @@ def figure_plot(figure, results):
                       log_x=figure.x == "seconds")
 
 
-def claim_rows(experiment, results):
-    rows = []
-    for claim in experiment.claims:
-        verdict, sentence = claim.check(results)
-        rows.append((claim.text, verdict, sentence))
-    return rows
-
-
 def section(experiment, results, plots):
     text = f"## {experiment.title}\n\n"
     if experiment.extra:
@@ -110,26 +102,21 @@ def section(experiment, results, plots):
         text += extra.text + "\n"
         for plot in extra.plots:
             plots.append(plot)
-            text += image(plot["name"], plot["title"])
+            text += image("qu18", plot["name"], plot["title"])
     for each in experiment.tables:
         text += table_text(each, results) + "\n"
     for figure in experiment.figures:
         plot = figure_plot(figure, results)
         if plot:
             plots.append(plot)
-            text += image(figure.name, figure.caption)
+            text += image("qu18", figure.name, figure.caption)
         else:
             text += f"{figure.caption}: not run.\n\n"
-    rows = claim_rows(experiment, results)
-    for claim, verdict, sentence in rows:
-        text += f"- **{verdict}**: {claim}" + (f". {sentence[0].upper()}{sentence[1:]}" if sentence else "") + ".\n"
+    rows = judged(experiment.claims, results)
+    text += claim_lines(rows)
     if experiment.note:
         text += "\n" + experiment.note + "\n"
     return text + "\n", rows
-
-
-def image(name, title):
-    return f"![{title}](qu18/{name}.svg)\n\n"
 
 
 def heading(meta, counts):
@@ -167,15 +154,6 @@ the start counts as vanished), {counts[MISSING]} were not run.
 """
 
 
-def failures(rows):
-    text = "## What does not hold\n\n"
-    for title, claims in rows:
-        for claim, verdict, sentence in claims:
-            if verdict == FAILS:
-                text += f"- {title.split(' (')[0]}: \"{claim}\". {sentence[:1].upper()}{sentence[1:]}.\n"
-    return text + "\n"
-
-
 def write(experiments, results, meta, work, docs):
     """Writes qu18.md and qu18/*.svg into `docs`; what could not be drawn, or nothing."""
     plots, rows, body = [], [], ""
@@ -183,17 +161,5 @@ def write(experiments, results, meta, work, docs):
         text, claims = section(each, results, plots)
         body += text
         rows.append((each.title, claims))
-    counts = dict.fromkeys((HOLDS, FAILS, TIE, MISSING), 0)
-    for _, claims in rows:
-        for _, verdict, _ in claims:
-            counts[verdict] += 1
-    complaint = work.draw(plots)
-    target = docs / "qu18"
-    shutil.rmtree(target, ignore_errors=True)
-    target.mkdir(parents=True)
-    for plot in plots:
-        drawn = work.folder / "plots" / (plot["name"] + ".svg")
-        if drawn.is_file():
-            shutil.copyfile(drawn, target / drawn.name)
-    (docs / "qu18.md").write_text(heading(meta, counts) + failures(rows) + body)
-    return complaint
+    counts = count([row for _, claims in rows for row in claims])
+    return write_page("qu18", heading(meta, counts) + failures(rows) + body, plots, work, docs)

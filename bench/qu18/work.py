@@ -1,10 +1,11 @@
 """Runs what the experiments need; what is there already is not repeated by `raybundle bench`."""
 
 import json
-import os
 import subprocess
 import sys
 from dataclasses import dataclass, field
+
+from reproduce.runs import Runs, words
 
 from . import variants
 
@@ -34,33 +35,11 @@ class Settings:
                    scales={"sphere-50": 0.2, "sphere-100": 0.1, "sphere-500": 0.02})
 
 
-def words(options):
-    return " ".join(f"--{name} {value}" for name, value in options.items())
-
-
-class Work:
+class Work(Runs):
     def __init__(self, program, probe, folder, settings, ladybug):
-        self.program, self.probe_program = str(program), str(probe)
-        self.folder, self.settings, self.ladybug = folder, settings, ladybug
-        self.loads = {}  # of the machine, before and after the runs on each problem
+        super().__init__(program, probe, folder)
+        self.settings, self.ladybug = settings, ladybug
         (folder / "probe").mkdir(parents=True, exist_ok=True)
-
-    def call(self, *arguments, **more):
-        return subprocess.run([str(a) for a in arguments], check=True, text=True, **more)
-
-    def bench(self, problem, chosen, common, limit, scene=None):
-        """One call of `raybundle bench`; it carries on when single runs could not be carried out."""
-        command = [self.program, "bench", "-o", self.folder / problem, "--ceres", "none",
-                   "--runs", self.settings.runs, "--threads", self.settings.threads, "--time-limit", limit,
-                   "--common", words({**variants.ROOT_OPTIONS, **common})]
-        command += ["--scene", f"{problem}={scene}"] if scene else [f"{problem}={self.ladybug}"]
-        for name, options in chosen.items():
-            command += ["--variant", f"{name}={options}"]
-        before = os.getloadavg()[0]
-        code = subprocess.run([str(word) for word in command], stdout=subprocess.DEVNULL).returncode
-        self.loads[problem] = [before, os.getloadavg()[0]]
-        if code not in (0, 1):
-            sys.exit(f"reproduce: raybundle bench ended with {code} on {problem}")
 
     def solves(self, experiments):
         wanted = {}
@@ -73,15 +52,19 @@ class Work:
                          **{name: f"{options} --max-iterations {trials}"
                             for name, options in variants.evaluation().items()}}
                 chosen = {name: options for name, options in known.items() if name in names}
-                self.bench(problem, chosen, {"max-iterations": self.settings.trials},
+                self.solve(problem, [self.ladybug], chosen, self.settings.trials,
                            self.settings.ladybug_limit)
             elif names:
                 scale = self.settings.scales.get(problem)
                 scene = f"{problem} --seed {self.settings.seed}" + (f" --scale {scale}" if scale else "")
                 known = variants.ball(SIZES[problem])
-                self.bench(problem, {name: known[name] for name in known if name in names},
-                           {"max-iterations": self.settings.ball_trials}, self.settings.limits[problem],
-                           scene)
+                self.solve(problem, ["--scene", scene],
+                           {name: known[name] for name in known if name in names},
+                           self.settings.ball_trials, self.settings.limits[problem])
+
+    def solve(self, problem, source, chosen, trials, limit):
+        common = {**variants.ROOT_OPTIONS, "max-iterations": trials}
+        self.bench(problem, source, chosen, common, limit, self.settings.threads, self.settings.runs)
 
     def measure(self, experiments):
         for name in dict.fromkeys(name for each in experiments for name in each.probes):
@@ -140,13 +123,3 @@ class Work:
             if file.is_file():
                 found[name] = self.call(self.program, "increments", file, stdout=subprocess.PIPE).stdout
         self.keep("increments", json.dumps(found))
-
-    def draw(self, plots):
-        """Draws all plots; the complaint of the program, or nothing."""
-        folder = self.folder / "plots"
-        folder.mkdir(exist_ok=True)
-        specification = self.folder / "plots.json"
-        specification.write_text(json.dumps(plots))
-        done = subprocess.run([self.probe_program, "draw", str(specification), "-o", str(folder)],
-                              text=True, capture_output=True)
-        return "" if done.returncode == 0 else done.stderr.strip()

@@ -105,7 +105,7 @@ Problem perturb(const Problem& truth, const StartOptions& options) {
     camera.centre = sum(camera.centre, normal_vector(camera_random, deviation));
     // Cut at three deviations: a focal length may not get near zero.
     camera.f *= 1 + options.focal * std::clamp(camera_random.normal(), -3.0, 3.0);
-    camera.k1 = camera.k2 = 0;
+    if (!options.distortion) camera.k1 = camera.k2 = 0;
     append_camera(start, camera);
   }
   start.points.reserve(truth.points.size());

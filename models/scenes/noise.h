@@ -25,13 +25,14 @@ struct NoisyProblem {
 NoisyProblem add_noise(const Scene& scene, const NoiseOptions& options = {});
 
 /// How far the start is from the truth [Qu18, 5.1.4]: normal deviations, none of them in units of
-/// the scene. k1 and k2 always start at 0, being close to it.
+/// the scene.
 struct StartOptions {
   std::uint64_t seed = 1;
   double rotation = 0.002;  ///< of each component of the rotation vectors, radians
   double position = 0.004;  ///< of each coordinate of the camera centres, relative to the depth of
                             ///< what it sees (1 / root mean square of 1 / depth)
   double focal = 0.01;      ///< of the focal lengths, relative; at most 0.25
+  bool distortion = false;  ///< k1 and k2 start as they are; else at 0, being close to it
   double point = 0.004;     ///< of each coordinate of the points, relative to their depth in the
                             ///< nearest camera that sees them
 };

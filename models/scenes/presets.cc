@@ -38,6 +38,11 @@ std::vector<Preset> all_presets() {
       {"venice-1778", Kind::photos, 1'778, 993'923, 5'001'946, {}, worse(1.2)},
       {"final-871", Kind::photos, 871, 527'480, 2'785'977, {}, worse(1.2)},
       {"final-4585", Kind::photos, 4'585, 1'324'582, 9'125'125, {}, worse(1.2)},
+      {"village", Kind::aerial, 90, 305'719, 779'268, {}, worse(0.16)},
+      {"college", Kind::aerial, 468, 1'236'502, 3'107'524, {}, worse(0.16)},
+      {"victoria-cottage", Kind::street, 400, 153'632, 890'057, {}, worse(1.3), 0.3},
+      {"usyd-mainquad", Kind::street, 424, 227'615, 1'607'082, {}, worse(1.3), 0.3},
+      {"fake-pile-135", Kind::street, 135, 12'741, 53'878, {}, worse(1.3), 0.3},
   };
 }
 
@@ -92,7 +97,7 @@ Scene preset_scene(const Preset& preset, std::uint64_t seed) {
                            .cameras = preset.cameras,
                            .points = preset.points,
                            .observations = preset.observations,
-                           .far_share = 0.005,
+                           .far_share = preset.far_share,
                            .lap = lap < shortest_lap ? 0 : lap});
     }
     case Kind::aerial:

@@ -24,11 +24,13 @@ struct Preset {
   std::int64_t observations;
   NoiseOptions noise;
   StartOptions start;
+  double far_share = 0.005;  ///< street: see StreetOptions
 };
 
 /// sphere-10 to sphere-500: the four synthetic data sets of [Qu18, 5.3], with starts as far off as
 /// those of Tables 5.1 to 5.4. The others: problems of Bundle Adjustment in the Large, with starts
-/// whose cost is 50 to 250 times the final one, as it is there.
+/// whose cost is 50 to 250 times the final one, as it is there. village to fake-pile-135: the
+/// counts of [Liu18, Table 4], from the air or with many far features.
 const std::vector<Preset>& presets();
 
 /// Throws InputError for a name that is none.

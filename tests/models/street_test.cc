@@ -174,6 +174,43 @@ TEST(Street, LoopsCloseAndAreSeenToClose) {
   EXPECT_EQ(structure_statistics(truth).components, 1);
 }
 
+/// Whether all observers of a point lie within 2 degrees of a line through it, seen from there.
+bool is_collinear(const Problem& truth, std::size_t first, std::size_t last) {
+  const Vec3 X = point_of(truth, truth.observation_point[first]);
+  const auto ray = [&](std::size_t k) {
+    const Vec3 d = difference(X, camera_of(truth, truth.observation_camera[k]).centre);
+    return scaled(1 / norm(d), d);
+  };
+  const auto centre = [&](std::size_t k) {
+    return camera_of(truth, truth.observation_camera[k]).centre;
+  };
+  const Vec3 way = difference(centre(last - 1), centre(first));
+  return norm(cross(ray(first), ray(last - 1))) < 0.035 &&
+         norm(cross(ray(first), scaled(1 / norm(way), way))) < 0.035;
+}
+
+double collinear_share(const Problem& truth) {
+  double count = 0;
+  const std::size_t rows = truth.observation_point.size();
+  for (std::size_t first = 0, last = 0; first < rows; first = last) {
+    while (last < rows && truth.observation_point[last] == truth.observation_point[first]) ++last;
+    if (is_collinear(truth, first, last)) ++count;
+  }
+  return count / static_cast<double>(truth.point_count());
+}
+
+TEST(Street, HasTheShareOfCollinearPointsAskedFor) {
+  const StreetOptions none = {.cameras = 20, .points = 1000};
+  const double natural = collinear_share(street_scene(none).truth);
+  for (const double share : {0.2, 0.6}) {
+    StreetOptions options = none;
+    options.collinear_share = share;
+    const Problem truth = street_scene(options).truth;
+    EXPECT_NEAR(collinear_share(truth), share + (1 - share) * natural, 0.05);
+    EXPECT_EQ(structure_statistics(truth).points_seen_once, 0);
+  }
+}
+
 TEST(Street, SmallestScenes) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const Problem problem = street({.seed = seed, .cameras = 2, .points = 1});
@@ -198,6 +235,8 @@ TEST(Street, RefusesWhatMakesNoSense) {
   EXPECT_THROW(street({.lap = 100}), InputError);
   EXPECT_THROW(street({.lap = 201}), InputError);
   EXPECT_THROW(street({.points = std::int64_t{1} << 31}), InputError);
+  EXPECT_THROW(street({.far_share = 1.1}), InputError);
+  EXPECT_THROW(street({.collinear_share = -0.1}), InputError);
 }
 
 }  // namespace

@@ -109,6 +109,25 @@ TEST_F(Generate, TakesNoiseAndStart) {
   EXPECT_GT(reprojection_statistics(io::read_bal(truth_)).rmse, 30);
 }
 
+TEST_F(Generate, KeepsTrueLenses) {
+  const auto lenses = [](const Problem& problem) {
+    std::vector<double> all;
+    for (std::size_t k = 0; k < problem.cameras.size(); ++k) {
+      if (k % 9 >= 6) all.push_back(problem.cameras[k]);
+    }
+    return all;
+  };
+  ASSERT_EQ(generate({"street", "--true-lenses"}).code, 0);
+  const Problem start = io::read_bal(output_);
+  EXPECT_EQ(lenses(start), lenses(io::read_bal(truth_)));
+  EXPECT_NE(start.cameras, io::read_bal(truth_).cameras);
+  ASSERT_EQ(generate({"street"}).code, 0);
+  EXPECT_NE(lenses(io::read_bal(output_)), lenses(io::read_bal(truth_)));
+  const Result both = generate({"street", "--true-lenses", "--start-focal", "0.1"});
+  EXPECT_EQ(both.code, 2);
+  EXPECT_TRUE(contains(both.errors, "--start-focal has no effect")) << both.errors;
+}
+
 TEST_F(Generate, SaysWhichObservationsAreOutliers) {
   const std::string list = (folder_ / "scene.outliers.txt").string();
   ASSERT_EQ(generate({"sphere"}).code, 0);

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Checks tools/reproduce on tiny scenes: the report has every table, figure and plot of the thesis, its
+"""Checks tools/reproduce qu18 on tiny scenes: the report has every table, figure and plot of the thesis, its
 cutting of runs and its claims judge as they should, and it comes out the same a second time.
 
-Usage: check_report.py PROJECT PROGRAM PROBE
+Usage: check_qu18.py PROJECT PROGRAM PROBE
 """
 
 import pathlib
@@ -20,13 +20,14 @@ LARGEST = 60_000  # bytes of a plot
 
 def require(good, what):
     if not good:
-        sys.exit(f"check_report: {what}")
+        sys.exit(f"check_qu18: {what}")
 
 
 def check_judgement(project):
     """The parts of the script that decide what the report says."""
     sys.path.insert(0, str(project / "bench"))
     from qu18 import claims, logs, measured, variants
+    from reproduce.claims import FAILS, HOLDS, MISSING, TIE
 
     trials = [{"accepted": good, "cost": cost, "gradient_norm": norm, "seconds": time,
                "inner_iterations": 4 if time else 0} for good, cost, norm, time in
@@ -47,8 +48,8 @@ def check_judgement(project):
             return type("R", (), {"cost": self.costs[name]}) if name in self.costs else None
 
     check = claims.least("p", "cost", ["a"], ["a", "b"])
-    for costs, verdict in (({"a": 1, "b": 2}, claims.HOLDS), ({"a": 2, "b": 1}, claims.FAILS),
-                           ({"a": 1, "b": 1 + 1e-9}, claims.TIE), ({"b": 1}, claims.MISSING)):
+    for costs, verdict in (({"a": 1, "b": 2}, HOLDS), ({"a": 2, "b": 1}, FAILS),
+                           ({"a": 1, "b": 1 + 1e-9}, TIE), ({"b": 1}, MISSING)):
         require(check(Results(costs))[0] == verdict, f"verdict {verdict}")
     require(abs(measured.normal_share(0, 1, 2) - 0.0455) < 1e-4, "tail of the Gaussian")
     require(len(variants.ladybug()) == 51, "variants of chapters 3 and 4")
