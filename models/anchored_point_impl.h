@@ -3,16 +3,15 @@
 // angle alpha between the two,
 //   sigma = |v x w| = |v| sin(alpha),   delta = v . w = |v| cos(alpha),
 //   k = |v| sin(alpha - theta) = sigma cos(theta) - delta sin(theta)      [Liu18, Eq. 2]
-// and G = k w. The main anchor itself sees w, with any factor: k may pass through 0 and below, where
-// D would turn round. Turning w by a small angle towards the unit vector q = (v - delta w) / sigma lowers
-// alpha by as much, hence
+// and G = k w. The main anchor itself sees w, with any factor: k may pass through 0 and below, and
+// its D would turn round there. Turning w by a small angle towards the unit vector q = (v - delta w) /
+// sigma lowers alpha by as much, hence
 //   dk/dtheta = -(sigma sin(theta) + delta cos(theta)),   dk = dk/dtheta (q . dw).
 // Where v and w are parallel q is any; 0 is taken.
 //
 // A step of an anchor moves the point as some step (dfirst, dw) of the point alone would: a turn of
-// the main anchor's axes turns w, and a move of either centre changes, as seen from the other
-// cameras, what it is at right angles to its ray, over the distance of the point. Everything is
-// derived in docs/parallax.md.
+// the main anchor's axes turns w, and a move of either centre counts at right angles to its ray,
+// over the distance of the point. Everything is derived in docs/parallax.md.
 
 #pragma once
 

@@ -201,6 +201,10 @@ void Objective::set_loss_scale(double scale) {
   loss_ = loss;
 }
 
+double Objective::cost_of(const ResidualInput& in, std::int64_t first, std::int64_t last) const {
+  return loss_.kind == Loss::none ? kernels_.cost(in, first, last) : robust_cost(in, first, last);
+}
+
 double Objective::robust_cost(const ResidualInput& in, std::int64_t first,
                               std::int64_t last) const {
   std::array<double, index(3 * weighted_rows)> residual;
@@ -235,11 +239,9 @@ double Objective::robust_linearize(const ResidualInput& in, const ResidualOutput
 double Objective::cost(const State& state) {
   update_frames(state);
   const ResidualInput in = input(state);
-  return linalg::parallel_sum(pool_, layout_.rows, row_grain,
-                              [&](std::int64_t first, std::int64_t last) {
-                                return loss_.kind == Loss::none ? kernels_.cost(in, first, last)
-                                                                : robust_cost(in, first, last);
-                              });
+  return linalg::parallel_sum(
+      pool_, layout_.rows, row_grain,
+      [&](std::int64_t first, std::int64_t last) { return cost_of(in, first, last); });
 }
 
 double Objective::linearize(const State& state, double* residual, linalg::BlockJacobian& J) {

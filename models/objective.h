@@ -73,6 +73,10 @@ class Objective {
   /// next = state moved by `step` (layout().unknowns() numbers). `next` must have its sizes.
   void retract(const State& state, const double* step, State& next);
 
+  /// Sets the steps of those points to zero whose own cost, with the cameras moved, they would not
+  /// lower; returns how many that are. `scratch` has the sizes of `state` and is overwritten.
+  std::int64_t hold_worse_points(const State& state, double* step, State& scratch);
+
   /// The largest, over blocks (rotation, translation, f, distortion of each camera, each point), of
   /// |step| / (|block| + tolerance).
   double relative_step(const State& state, const double* step, double tolerance) const;
@@ -96,6 +100,7 @@ class Objective {
   void clear_fixed_anchors(linalg::BlockJacobian& J) const;
   void clear_columns(unsigned mask, int rows, double* block) const;
   ResidualInput input(const State& state) const;
+  double cost_of(const ResidualInput& in, std::int64_t first, std::int64_t last) const;
   double robust_cost(const ResidualInput& in, std::int64_t first, std::int64_t last) const;
   double robust_linearize(const ResidualInput& in, const ResidualOutput& out, std::int64_t first,
                           std::int64_t last) const;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace raybundle {
@@ -128,6 +129,27 @@ void Objective::retract(const State& state, const double* step, State& next) {
     }
   });
   hold_points(next);
+}
+
+std::int64_t Objective::hold_worse_points(const State& state, double* step, State& scratch) {
+  retract(state, step, scratch);
+  update_frames(scratch);
+  const ResidualInput moved = input(scratch);
+  ResidualInput held = moved;
+  held.points = state.points.data();
+  double* delta = step + layout_.offset(linalg::Side::leaves);
+  std::array<std::int64_t, linalg::max_chunks> counts = {};
+  const linalg::Chunks pieces = linalg::chunks(layout_.leaves, 256);
+  pool_.run(pieces.pieces, [&](std::int64_t piece) {
+    for (std::int64_t i = pieces.begin(piece); i < pieces.end(piece); ++i) {
+      const std::int64_t first = rows_.begin[index(i)], last = rows_.begin[index(i + 1)];
+      if (first == last) continue;
+      if (cost_of(moved, first, last) < cost_of(held, first, last)) continue;
+      std::fill_n(delta + 3 * i, Problem::point_size, 0.0);
+      ++counts[index(piece)];
+    }
+  });
+  return std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
 }
 
 double Objective::relative_step(const State& state, const double* step, double tolerance) const {

@@ -55,6 +55,7 @@ constexpr std::array table = {
                  .damped = false,
                  .bounded = true,
                  .gauge = Gauge::fixed,
+                 .point_steps = PointSteps::better,
                  .radius = {.shrink = 0.5, .grow = 3}},
     // [Qu18, Alg. 11]
     MethodTraits{.method = Method::irls,

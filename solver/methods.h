@@ -26,6 +26,7 @@ struct MethodTraits {
   double forcing = 0.1;
   int max_inner_iterations = 1000;
   Gauge gauge = Gauge::free;
+  PointSteps point_steps = PointSteps::all;
   RadiusRule radius = {};
   Loss loss = Loss::none;
   bool graduated = false;  ///< starts with a wider loss, as the residuals of the start ask for

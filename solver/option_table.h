@@ -47,6 +47,9 @@ void visit_options(AnyOptions& o, Visit&& visit) {
         OptionInfo{"point-start",
                    "where points start: as given, or from two of their rays; auto: problem, of a "
                    "ParallaxBA folder rays"});
+  visit(o.point_steps, OptionInfo{"point-steps",
+                                  "which points take their part of a step: all, or those whose own "
+                                  "cost it lowers; auto: all, dogleg: better"});
   visit(o.objective, OptionInfo{"objective", "what a residual compares"});
   visit(o.ray_weight, OptionInfo{"ray-weight", "weight of a ray's residual; auto: pixel"});
   visit(
@@ -157,6 +160,8 @@ template <>
 inline constexpr int enum_count<PointModel> = 4;
 template <>
 inline constexpr int enum_count<PointStart> = 2;
+template <>
+inline constexpr int enum_count<PointSteps> = 2;
 template <>
 inline constexpr int enum_count<ObjectiveKind> = 2;
 template <>

@@ -240,6 +240,7 @@ const char* name(PoseUpdate value) { return pick(std::array{"global", "local", "
 const char* name(Lens value) { return pick(std::array{"free", "fixed"}, value); }
 const char* name(PointModel value) { return pick(std::array{"xyz", "idp", "pba", "pmba"}, value); }
 const char* name(PointStart value) { return pick(std::array{"problem", "rays"}, value); }
+const char* name(PointSteps value) { return pick(std::array{"all", "better"}, value); }
 const char* name(ObjectiveKind value) { return pick(std::array{"pixel", "ray"}, value); }
 const char* name(Gauge value) { return pick(std::array{"free", "fixed"}, value); }
 const char* name(RayWeight value) { return pick(std::array{"pixel", "focal", "unit"}, value); }
@@ -262,6 +263,7 @@ Options resolve(const Options& options) {
   const bool ray = options.objective == ObjectiveKind::ray;
   effective.lens = options.lens.value_or(ray ? Lens::fixed : Lens::free);
   effective.gauge = options.gauge.value_or(method.gauge);
+  effective.point_steps = options.point_steps.value_or(method.point_steps);
   effective.point_start = options.point_start.value_or(PointStart::problem);
   if (ray) effective.ray_weight = options.ray_weight.value_or(RayWeight::pixel);
   if (method.bounded) {

@@ -33,6 +33,11 @@ enum class ForcingRule { thesis, constant, eisenstat_walker, nash_sofer };
 /// [Liu18, Remark 5], which keeps their parallax exactly where coordinates would round it.
 enum class PointStart { problem, rays };
 
+/// Which points take their part of a step: all, or those alone whose own cost it lowers, the
+/// cameras having taken theirs. The others stay for once, and do not spoil a step that is good for
+/// all else.
+enum class PointSteps { all, better };
+
 /// The increments of the `inc` matrix, one per kind of parameter; empty: those of
 /// models/increments.h.
 struct IncrementOptions {
@@ -54,6 +59,7 @@ struct Options {
   std::optional<Lens> lens = {};  ///< empty: free; fixed where the objective is of rays
   PointModel points = PointModel::xyz;
   std::optional<PointStart> point_start = {};  ///< empty: problem
+  std::optional<PointSteps> point_steps = {};  ///< empty: all; dogleg: better
   ObjectiveKind objective = ObjectiveKind::pixel;
   std::optional<RayWeight> ray_weight = {};  ///< empty: pixel
   std::optional<Gauge> gauge = {};           ///< empty: free; fixed where nothing damps
@@ -101,6 +107,7 @@ const char* name(PoseUpdate value);
 const char* name(Lens value);
 const char* name(PointModel value);
 const char* name(PointStart value);
+const char* name(PointSteps value);
 const char* name(ObjectiveKind value);
 const char* name(RayWeight value);
 const char* name(Gauge value);

@@ -60,6 +60,7 @@ struct IterationRecord {
   double radius = 0;              ///< of this trial's trust region; 0 where the method has none
   bool on_boundary = false;       ///< the trust region cut the step
   double regularisation = 0;      ///< share of diag(H) added to factorise at all; dogleg only
+  std::int64_t points_held = 0;   ///< points that stayed, see PointSteps
   int inner_iterations = 0;
   bool inner_capped = false;  ///< the inner iterations were at their limit
   Elimination eliminated = Elimination::none;

@@ -6,6 +6,7 @@
 //   rho          (cost - cost(x + p)) / (m(0) - m(p))                  [Qu18, Eq. 3.90]
 //   verdict      rho > 0: x := x + p; mu [Qu18, Alg. 6] and radius [Qu18, Alg. 2] follow rho
 //
+// Before it is judged a step may lose the parts of points that are better off without (PointSteps).
 // A method without damping has mu = 0, one without a region an infinite radius. The thesis retries
 // inside an iteration until a step is accepted, without bound; here every trial is an iteration,
 // and max_consecutive_failures, max_damping and min_radius bound the retries. With a robust loss, r
@@ -94,6 +95,7 @@ Summary TrustRegion::run(State& state) {
   while (!stopped_) {
     begin_record();
     compute_step();
+    if (step_valid_ && summary_.options.point_steps == PointSteps::better) hold_worse_points();
     if (step_valid_) {
       predict_decrease();
       evaluate_candidate();
@@ -175,6 +177,12 @@ void TrustRegion::fill_damping() {
 
 bool TrustRegion::step_is_finite() const {
   return std::all_of(step_.begin(), step_.end(), [](double x) { return std::isfinite(x); });
+}
+
+// What is taken back is not promised either: the model is asked for the step that is left.
+void TrustRegion::hold_worse_points() {
+  const PhaseTimer timer(summary_.seconds.residual);
+  record_.points_held = objective_.hold_worse_points(state_, step_.data(), candidate_);
 }
 
 // m(0) - m(p) = -g^T p - 1/2 |J p|^2 - 1/2 mu p^T D p, equal to [Qu18, Eq. 3.102] for every step

@@ -73,6 +73,7 @@ Json iteration_json(const IterationRecord& record) {
           {"radius", record.radius},
           {"on_boundary", record.on_boundary},
           {"regularisation", record.regularisation},
+          {"points_held", record.points_held},
           {"inner_iterations", record.inner_iterations},
           {"inner_capped", record.inner_capped},
           {"eliminated", name(record.eliminated)},

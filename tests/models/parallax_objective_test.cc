@@ -207,6 +207,39 @@ TEST_P(FormulationOf, LossWeighsResidualsAndDerivativesAlike) {
 INSTANTIATE_TEST_SUITE_P(All, FormulationOf, ::testing::ValuesIn(formulations()),
                          [](const auto& test) { return name_of(test.param); });
 
+// Of a large random step, those points keep their part that are better off with it.
+TEST_P(FormulationOf, PointsWithAWorseStepAreHeld) {
+  const Problem problem = small_problem({.seed = 5, .cameras = 5, .points = 40});
+  DenseObjective dense(problem, GetParam());
+  std::mt19937_64 random(8);
+  VectorXd step(dense.objective().layout().unknowns());
+  for (double& x : step) x = 1e-4 * test::uniform(random);
+  const Eigen::Index cameras = step.size() - 3 * 40;
+  VectorXd kept = step;
+  State scratch = dense.state();
+  const std::int64_t held =
+      dense.objective().hold_worse_points(dense.state(), kept.data(), scratch);
+  EXPECT_TRUE(kept.head(cameras) == step.head(cameras));
+  std::int64_t counted = 0;
+  const double before = dense.cost_after(kept);
+  for (Eigen::Index i = 0; i < 40; ++i) {
+    const auto part = kept.segment<3>(cameras + 3 * i), given = step.segment<3>(cameras + 3 * i);
+    const bool stays = part.isZero(0);
+    EXPECT_TRUE(stays || part == given);
+    counted += stays ? 1 : 0;
+    VectorXd other = kept;  // the other choice for this point, all else the same
+    if (stays) {
+      other.segment<3>(cameras + 3 * i) = given;
+    } else {
+      other.segment<3>(cameras + 3 * i).setZero();
+    }
+    EXPECT_GE(dense.cost_after(other), before * (1 - 1e-12)) << "point " << i;
+  }
+  EXPECT_EQ(held, counted);
+  EXPECT_GT(held, 0);
+  EXPECT_LT(held, 40);
+}
+
 TEST(RayObjective, RefusesFreeLenses) {
   EXPECT_THROW(DenseObjective(small_problem(), Formulation{.objective = ObjectiveKind::ray}),
                std::invalid_argument);
