@@ -72,7 +72,9 @@ SymmetricPattern FullSystem::pattern() const {
 
 void FullSystem::write_diagonal(SymmetricBlocks& A, Side side) const {
   const int size = layout_.block_size(side);
-  const double* H = at_.normal->blocks(side);
+  std::vector<double> blocks;
+  at_.normal->diagonal_blocks(*at_.J, side, blocks, pool_);
+  const double* H = blocks.data();
   const double* d = damping_ + layout_.offset(side);
   const std::int64_t first = side == Side::hubs ? 0 : layout_.hubs;
   for (std::int64_t b = 0; b < layout_.block_count(side); ++b) {
@@ -172,8 +174,7 @@ void FullSystem::diagonal_blocks(Blocks /*which: nothing is eliminated*/, Diagon
     DiagonalBlocks::Run& run = out.runs[next++];
     run.size = size;
     run.count = layout_.block_count(side);
-    const double* H = at_.normal->blocks(side);
-    run.values.assign(H, H + run.count * size * size);
+    at_.normal->diagonal_blocks(*at_.J, side, run.values, pool_);
     const double* d = damping_ + layout_.offset(side);
     for (std::int64_t i = 0; i < run.count * size; ++i) {
       run.values[index(i * size + i % size)] += d[i];

@@ -10,16 +10,19 @@ NormalEquations::NormalEquations(const BlockLayout& block_layout)
       C(index(layout->size(Side::leaves) * layout->leaf_size)),
       gradient(index(layout->unknowns())) {
   if (!layout->anchored()) return;
-  own_B.resize(B.size());
   own_gradient.resize(index(layout->size(Side::hubs)));
+  hub_diagonal.resize(own_gradient.size());
   products.resize(index(layout->anchors() * (layout->leaf_size + 1) * layout->hub_size));
 }
 
 void NormalEquations::form(const BlockJacobian& J, const double* r, ThreadPool& pool) {
   const BlockKernels& kernels = block_kernels(*layout);
-  const NormalView normal = {B.data(),        C.data(),
-                             gradient.data(), gradient.data() + layout->offset(Side::leaves),
-                             own_B.data(),    own_gradient.data(),
+  const NormalView normal = {B.data(),
+                             C.data(),
+                             gradient.data(),
+                             gradient.data() + layout->offset(Side::leaves),
+                             own_gradient.data(),
+                             hub_diagonal.data(),
                              products.data()};
   for (const Side side : {Side::leaves, Side::hubs}) {  // anchors take from their leaves
     const auto kernel =
@@ -30,29 +33,40 @@ void NormalEquations::form(const BlockJacobian& J, const double* r, ThreadPool& 
   }
 }
 
-void NormalEquations::diagonal(double low, double high, double* d) const {
+void NormalEquations::diagonal_blocks(const BlockJacobian& J, Side side, std::vector<double>& H,
+                                      ThreadPool& pool) const {
+  H = side == Side::hubs ? B : C;
+  const auto kernel = block_kernels(*layout).add_anchor_blocks;
+  if (side == Side::leaves || kernel == nullptr) return;
+  for_blocks(*layout, Side::hubs, pool, [&](std::int64_t first, std::int64_t last) {
+    kernel(view(J), products.data(), first, last, H.data());
+  });
+}
+
+// Calls visit(i, H_ii) for all unknowns.
+template <class Visit>
+void NormalEquations::for_diagonal(Visit&& visit) const {
+  std::size_t i = 0;
+  for (const double d : hub_diagonal) visit(i++, d);
   for (const Side side : {Side::hubs, Side::leaves}) {
+    if (side == Side::hubs && layout->anchored()) continue;
     const int size = layout->block_size(side);
     const double* block = blocks(side);
     for (std::int64_t b = 0; b < layout->block_count(side); ++b, block += size * size) {
-      for (int i = 0; i < size; ++i) *d++ = std::clamp(block[i * size + i], low, high);
+      for (int k = 0; k < size; ++k) visit(i++, block[k * size + k]);
     }
   }
 }
 
+void NormalEquations::diagonal(double low, double high, double* d) const {
+  for_diagonal([&](std::size_t i, double value) { d[i] = std::clamp(value, low, high); });
+}
+
 double NormalEquations::scaled_gradient_squares() const {
   double sum = 0;
-  const double* g = gradient.data();
-  for (const Side side : {Side::hubs, Side::leaves}) {
-    const int size = layout->block_size(side);
-    const double* block = blocks(side);
-    for (std::int64_t b = 0; b < layout->block_count(side); ++b, block += size * size) {
-      for (int i = 0; i < size; ++i, ++g) {
-        const double d = block[i * size + i];
-        if (d > 0) sum += *g * *g / d;
-      }
-    }
-  }
+  for_diagonal([&](std::size_t i, double value) {
+    if (value > 0) sum += gradient[i] * gradient[i] / value;
+  });
   return sum;
 }
 

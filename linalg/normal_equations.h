@@ -6,21 +6,25 @@
 
 namespace raybundle::linalg {
 
-/// The gradient and the diagonal blocks of H = J^T J [Qu18, Eq. 3.42-3.47]. E is left in the
-/// Jacobian, and so is what B has beside its diagonal where leaves are anchored.
+/// The gradient, the diagonal and blocks of H = J^T J [Qu18, Eq. 3.42-3.47]. E is left in the
+/// Jacobian.
 struct NormalEquations {
   explicit NormalEquations(const BlockLayout& layout);
 
-  /// g = J^T r, and the diagonal blocks of J^T J.
+  /// All of it, from J and the residuals r.
   void form(const BlockJacobian& J, const double* r, ThreadPool& pool);
 
-  /// J_hub^T J_hub by hub and J_hub^T r, without what hubs do as anchors.
-  const double* own_blocks() const { return layout->anchored() ? own_B.data() : B.data(); }
+  /// J_hub^T J_hub by hub, J_leaf^T J_leaf by leaf. Of leaves, and of hubs without anchors, these
+  /// are the diagonal blocks of H.
+  const double* blocks(Side side) const { return side == Side::hubs ? B.data() : C.data(); }
+  /// The diagonal blocks of H of a side, anchors included.
+  void diagonal_blocks(const BlockJacobian& J, Side side, std::vector<double>& H,
+                       ThreadPool& pool) const;
+
+  /// J_hub^T r.
   const double* own_hub_gradient() const {
     return layout->anchored() ? own_gradient.data() : gradient.data();
   }
-
-  const double* blocks(Side side) const { return side == Side::hubs ? B.data() : C.data(); }
 
   /// Writes diag(H), clamped to [low, high], to d (all unknowns).
   void diagonal(double low, double high, double* d) const;
@@ -31,10 +35,15 @@ struct NormalEquations {
   const BlockLayout* layout;     ///< outlives this
   std::vector<double> B;         ///< hubs x (hub_size x hub_size), symmetric
   std::vector<double> C;         ///< leaves x (leaf_size x leaf_size), symmetric
-  std::vector<double> gradient;  ///< hubs, then leaves
-  std::vector<double> own_B;     ///< hubs x (hub_size x hub_size); empty without anchors
-  std::vector<double> own_gradient;
-  std::vector<double> products;  ///< see NormalView
+  std::vector<double> gradient;  ///< J^T r: hubs, then leaves
+
+ private:
+  template <class Visit>
+  void for_diagonal(Visit&& visit) const;
+
+  std::vector<double> own_gradient;  // these are empty without anchors; see NormalView
+  std::vector<double> hub_diagonal;
+  std::vector<double> products;
 };
 
 }  // namespace raybundle::linalg

@@ -87,10 +87,6 @@ const double* SchurComplement::own_gradient() const {
                              : at_.normal->gradient.data() + offset();
 }
 
-const double* SchurComplement::own_blocks() const {
-  return kept_ == Side::hubs ? at_.normal->own_blocks() : at_.normal->blocks(kept_);
-}
-
 void SchurComplement::gradient(double* v) {
   std::copy_n(own_gradient(), size(), v);
   for_blocks(layout_, kept_, pool_, [&](std::int64_t first, std::int64_t last) {
@@ -189,7 +185,7 @@ SymmetricPattern SchurComplement::pattern() const {
 // What block row a has by its own rows, H_aa + D_a, and v_a = g_a.
 void SchurComplement::start_row(SymmetricBlocks& A, std::int64_t a, double* v) const {
   const int size = layout_.block_size(kept_);
-  const double* H = own_blocks() + a * size * size;
+  const double* H = at_.normal->blocks(kept_) + a * size * size;
   const double* d = damping(kept_) + a * size;
   const double* g = own_gradient() + a * size;
   A.set_zero(a);
@@ -228,12 +224,11 @@ void SchurComplement::diagonal_blocks(Blocks which, DiagonalBlocks& out) {
   run.size = size;
   run.count = count;
   if (which == Blocks::undiminished) {
-    const double* H = at_.normal->blocks(kept_);
-    run.values.assign(H, H + count * size * size);
+    at_.normal->diagonal_blocks(*at_.J, kept_, run.values, pool_);
   } else {
     run.values.resize(index(count * size * size));
     for_blocks(layout_, kept_, pool_, [&](std::int64_t first, std::int64_t last) {
-      kernels_.diagonal_blocks(view(), own_blocks(), first, last, run.values.data());
+      kernels_.diagonal_blocks(view(), at_.normal->blocks(kept_), first, last, run.values.data());
     });
   }
   const double* d = damping(kept_);

@@ -32,7 +32,6 @@ class SchurComplement final : public ReducedSystem {
  private:
   EliminationView view();
   const double* own_gradient() const;
-  const double* own_blocks() const;
   void factor();
   void factor_deficient(const std::vector<std::int64_t>& blocks);
   void transform();

@@ -27,7 +27,8 @@ double engine(const Sizes& n) {
   const double states = 2 * word * (n.unknowns() + n.points);
   const double jacobian = n.residuals * 12 * word * n.rows + 27 * n.anchors * word * n.points;
   const double residuals = 2 * n.residuals * word * n.rows;
-  const double blocks = word * ((n.anchors > 0 ? 2 : 1) * 81 * n.cameras + 9 * n.points);
+  const double products = n.anchors > 0 ? 18 * n.cameras + 36 * n.anchors * n.points : 0;
+  const double blocks = word * (81 * n.cameras + 9 * n.points + products);
   const double vectors = 4 * word * n.unknowns();
   return objective + layout + states + jacobian + residuals + blocks + vectors;
 }

@@ -123,12 +123,22 @@ struct Blocks {
     for (Index b = first; b < last; ++b) {
       Row<K> block[K] = {}, gradient = {};
       squares<R, K>(J.hubs, J.J_hub, r, b, block, gradient);
-      if constexpr (anchored) {
-        store_block<K>(block, normal.own_B + b * K * K);
-        gradient.store(normal.own_g_hub + b * K);
-        add_anchors(J, b, normal.products, block, gradient);
-      }
       store_block<K>(block, normal.B + b * K * K);
+      if constexpr (anchored) {
+        gradient.store(normal.own_g_hub + b * K);
+        Row<K> added = {};
+        for_anchors(J, b, normal.products, [&](const double* Z, const double* F) {
+          for (int j = 0; j < E; ++j) {
+            added.add_products(Row<K>::load(F + j * K), Row<K>::load(Z + j * K));
+          }
+          gradient.add(1, Row<K>::load(F + E * K));
+        });
+        added.store(normal.diagonal + b * K);
+        for (int i = 0; i < K; ++i) {
+          double& d = normal.diagonal[b * K + i];
+          d = normal.B[(b * K + i) * K + i] + 2 * d;
+        }
+      }
       gradient.store(normal.g_hub + b * K);
     }
   }
@@ -153,8 +163,10 @@ struct Blocks {
     Zg.store(products + E * K);
   }
 
-  [[gnu::always_inline]] static void add_anchors(const JacobianView& J, Index b,
-                                                 const double* products, Row<K>* B, Row<K>& g) {
+  // Calls visit(Z, F) for the anchors that hub b is.
+  template <class Visit>
+  [[gnu::always_inline]] static void for_anchors(const JacobianView& J, Index b,
+                                                 const double* products, Visit&& visit) {
     constexpr int size = (E + 1) * K;
     for (Index p = J.hubs.begin[b]; p < J.hubs.begin[b + 1]; ++p) {
       const Index ahead = coupling_ahead(J.hubs, b, p);
@@ -164,18 +176,26 @@ struct Blocks {
         prefetch<size * 8>(products + next * size);
       }
       const Index k = J.anchors.of_coupling[coupling(J.hubs, p)];
-      if (k < 0) continue;
-      const double* Z = J.anchors.Z + k * E * K;
-      const double* F = products + k * size;
-      for (int j = 0; j < E; ++j) {
-        const auto Z_j = Row<K>::load(Z + j * K), F_j = Row<K>::load(F + j * K);
+      if (k >= 0) visit(J.anchors.Z + k * E * K, products + k * size);
+    }
+  }
+
+  static void add_anchor_blocks(const JacobianView& J, const double* products, Index first,
+                                Index last, double* H) {
+    for (Index b = first; b < last; ++b) {
+      Row<K> block[K];
+      for (int i = 0; i < K; ++i) block[i] = Row<K>::load(H + (b * K + i) * K);
+      for_anchors(J, b, products, [&](const double* Z, const double* F) {
+        for (int j = 0; j < E; ++j) {
+          const auto Z_j = Row<K>::load(Z + j * K), F_j = Row<K>::load(F + j * K);
 #pragma GCC unroll 12
-        for (int i = 0; i < K; ++i) {
-          B[i].add(F[j * K + i], Z_j);
-          B[i].add(Z[j * K + i], F_j);
+          for (int i = 0; i < K; ++i) {
+            block[i].add(F[j * K + i], Z_j);
+            block[i].add(Z[j * K + i], F_j);
+          }
         }
-      }
-      g.add(1, Row<K>::load(F + E * K));
+      });
+      store_block<K>(block, H + b * K * K);
     }
   }
 };
@@ -183,9 +203,14 @@ struct Blocks {
 template <int R, int HubSize, int LeafSize, bool anchored>
 constexpr BlockKernels make_block_kernels() {
   using Kernels = Blocks<R, HubSize, LeafSize, anchored>;
-  return {&Kernels::multiply, &Kernels::transpose_multiply_hubs,
-          &Kernels::transpose_multiply_leaves, &Kernels::normal_blocks_hubs,
-          &Kernels::normal_blocks_leaves};
+  BlockKernels result = {&Kernels::multiply,
+                         &Kernels::transpose_multiply_hubs,
+                         &Kernels::transpose_multiply_leaves,
+                         &Kernels::normal_blocks_hubs,
+                         &Kernels::normal_blocks_leaves,
+                         nullptr};
+  if constexpr (anchored) result.add_anchor_blocks = &Kernels::add_anchor_blocks;
+  return result;
 }
 
 }  // namespace

@@ -43,16 +43,18 @@ struct JacobianView {
   AnchorView anchors;
 };
 
-/// Where normal equations go: J^T J by hub and by leaf, J^T r. The rest is null without anchors:
-/// what the rows of a hub alone make, and by anchor, leaf x hub and one row more, the products
-///   F = J_leaf^T J_hub + 1/2 C Z  and  Z^T g_leaf,  so that B = own B + sum of F^T Z + Z^T F.
+/// Where normal equations go: J_hub^T J_hub by hub (B), J_leaf^T J_leaf by leaf (C) and J^T r. The
+/// rest is null without anchors: J_hub^T r, the diagonal of J^T J by hub, and by anchor, leaf x hub
+/// and one row more, the products
+///   F = J_leaf^T J_hub + 1/2 C Z  and  Z^T g_leaf,
+/// by which anchors add F^T Z + Z^T F to the block of J^T J of their hub.
 struct NormalView {
   double* B;
   double* C;
   double* g_hub;
   double* g_leaf;
-  double* own_B;
   double* own_g_hub;
+  double* diagonal;
   double* products;
 };
 
@@ -89,12 +91,15 @@ struct BlockKernels {
   /// y = J_leaf^T u for leaves [first, last).
   void (*transpose_multiply_leaves)(const JacobianView& J, const double* u, std::int64_t first,
                                     std::int64_t last, double* y);
-  /// B and g_hub of hubs [first, last); the products of all leaves are there.
+  /// All that is by hub, of hubs [first, last); the products of all leaves are there.
   void (*normal_blocks_hubs)(const JacobianView& J, const double* r, std::int64_t first,
                              std::int64_t last, const NormalView& normal);
-  /// C, g_leaf and products of leaves [first, last).
+  /// C and g_leaf of leaves [first, last), and their anchors' products.
   void (*normal_blocks_leaves)(const JacobianView& J, const double* r, std::int64_t first,
                                std::int64_t last, const NormalView& normal);
+  /// Adds what anchors add to the blocks H of hubs [first, last); null without anchors.
+  void (*add_anchor_blocks)(const JacobianView& J, const double* products, std::int64_t first,
+                            std::int64_t last, double* H);
 };
 
 struct EliminationKernels {

@@ -32,6 +32,7 @@ struct Row<0> {
   static Row load(const double* /*x*/) { return {}; }
   void store(double* /*x*/) const {}
   void add(double /*a*/, const Row& /*x*/) {}
+  void add_products(const Row& /*x*/, const Row& /*y*/) {}
   static double dot(const double* /*x*/, const double* /*y*/) { return 0; }
 };
 
@@ -41,6 +42,7 @@ struct Row<1> {
   static Row load(const double* x) { return {*x}; }
   void store(double* x) const { *x = value; }
   void add(double a, const Row& x) { value += a * x.value; }
+  void add_products(const Row& x, const Row& y) { value += x.value * y.value; }
   static double dot(const double* x, const double* y) { return *x * *y; }
 };
 
@@ -74,6 +76,11 @@ struct Row {
   void add(double a, const Row& x) {
     head += a * x.head;
     tail.add(a, x.tail);
+  }
+  /// this_i += x_i y_i
+  void add_products(const Row& x, const Row& y) {
+    head += x.head * y.head;
+    tail.add_products(x.tail, y.tail);
   }
   static double dot(const double* x, const double* y) {
     return sum(load_vector<Head>(x) * load_vector<Head>(y)) + Tail::dot(x + width, y + width);

@@ -83,7 +83,8 @@ TEST_P(BlockProducts, NormalEquations) {
             tolerance * system_.dense.norm());
   for (const Side side : {Side::hubs, Side::leaves}) {
     const int size = system_.layout.block_size(side);
-    const std::vector<double>& blocks = side == Side::hubs ? normal.B : normal.C;
+    std::vector<double> blocks;
+    normal.diagonal_blocks(system_.J, side, blocks, pool_);
     for (std::int64_t b = 0; b < system_.layout.block_count(side); ++b) {
       const std::int64_t at = system_.layout.offset(side) + b * size;
       const MatrixXd block = block_of(blocks, b, size);
@@ -113,8 +114,10 @@ TEST_P(BlockProducts, SameBitsForAnyNumberOfThreads) {
     transpose_multiply(system_.J, u.data(), y.data(), pool);
     NormalEquations normal(system_.layout);
     normal.form(system_.J, u.data(), pool);
-    VectorXd all(y.size() + static_cast<Eigen::Index>(normal.B.size()));
-    all << y, Eigen::Map<VectorXd>(normal.B.data(), static_cast<Eigen::Index>(normal.B.size()));
+    std::vector<double> B;
+    normal.diagonal_blocks(system_.J, Side::hubs, B, pool);
+    VectorXd all(y.size() + static_cast<Eigen::Index>(B.size()));
+    all << y, Eigen::Map<VectorXd>(B.data(), static_cast<Eigen::Index>(B.size()));
     products.push_back(all);
   }
   EXPECT_TRUE(products[0] == products[1]);
