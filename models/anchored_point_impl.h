@@ -4,8 +4,8 @@
 //   sigma = |v x w| = |v| sin(alpha),   delta = v . w = |v| cos(alpha),
 //   k = |v| sin(alpha - theta) = sigma cos(theta) - delta sin(theta)      [Liu18, Eq. 2]
 // and G = k w. The main anchor itself sees w, with any factor: k may pass through 0 and below, and
-// its D would turn round there. Turning w by a small angle towards the unit vector q = (v - delta w) /
-// sigma lowers alpha by as much, hence
+// its D would turn round there. Turning w by a small angle towards the unit vector
+// q = (v - delta w) / sigma lowers alpha by as much, hence
 //   dk/dtheta = -(sigma sin(theta) + delta cos(theta)),   dk = dk/dtheta (q . dw).
 // Where v and w are parallel q is any; 0 is taken.
 //
