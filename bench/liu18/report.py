@@ -102,7 +102,8 @@ Of {sum(counts.values())} claims {counts[HOLDS]} hold, {counts[FAILS]} fail, {co
 {counts[MISSING]} were not run.
 
 - PMBA: points by parallax on the manifold, rays weighted alike; PBA, IDP, XYZ: pixels. DL: Dogleg, LM: Levenberg
-  and Marquardt with Cholesky. The paper lists PMBA with DL and the others with LM.
+  and Marquardt with Cholesky. The paper lists PMBA with DL and the others with LM. PMBA-own: with our
+  own defaults, Dogleg, rays weighted to pixels, and `--point-steps better`.
 - All with `{common}`, up to {settings["trials"]} iterations; one seed.
 - chi2 is half the sum Σ of the squared pixel residuals: that is what the paper's 9.1E+3 for Malaga is, beside the
   authors' own Σ/n of 0.1092. Σ/n: per observation.

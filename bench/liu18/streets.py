@@ -7,7 +7,7 @@ from reproduce.claims import number
 from reproduce.text import table
 
 from .logs import half_chi2
-from .variants import COMMON, POINTS, SOLVERS
+from .variants import COMMON, OWN, POINTS, SOLVERS
 
 SCENE = ("street --cameras 20 --points 300 --far 0.35 --collinear 0.2 --true-lenses "
          "--start-rotation 0.005 --start-position 0.01")
@@ -20,9 +20,10 @@ def runs():
     """{name: options}"""
     models = {**POINTS, "PMBA-pixels": "--points pmba"}
     common = [word for key, value in COMMON.items() for word in ("--" + key, value)]
-    return {f"{points}-{solver}": [*models[points].split(), *SOLVERS[solver].split(), *common,
-                                   "--max-iterations", str(TRIALS)]
-            for points, solver in itertools.product(models, SOLVERS)}
+    methods = {f"{points}-{solver}": f"{models[points]} {SOLVERS[solver]}"
+               for points, solver in itertools.product(models, SOLVERS)} | OWN
+    return {name: [*options.split(), *common, "--max-iterations", str(TRIALS)]
+            for name, options in methods.items()}
 
 
 def recipe():

@@ -9,10 +9,13 @@ COMMON = {"lens": "fixed", "point-start": "rays", "gradient-tolerance": "0", "pa
           "function-tolerance": "1e-8", "max-consecutive-failures": "100"}
 RAYS = "--points pmba --objective ray --ray-weight unit"
 POINTS = {"PMBA": RAYS, "PBA": "--points pba", "IDP": "--points idp", "XYZ": "--points xyz"}
-SOLVERS = {"DL": "--method dogleg", "LM": "--method lm-cholesky"}
+# Every point takes its part of a step, as in the paper.
+SOLVERS = {"DL": "--method dogleg --point-steps all", "LM": "--method lm-cholesky"}
+# Our own defaults: rays weighted to pixels, and points that a step makes worse stay.
+OWN = {"PMBA-own": "--points pmba --objective ray --method dogleg"}
 METHODS = {f"{points}-{solver}": f"{POINTS[points]} {SOLVERS[solver]}"
            for points, solver in (("PMBA", "DL"), ("PBA", "LM"), ("IDP", "LM"), ("XYZ", "LM"),
-                                  ("PMBA", "LM"), ("PBA", "DL"), ("IDP", "DL"), ("XYZ", "DL"))}
+                                  ("PMBA", "LM"), ("PBA", "DL"), ("IDP", "DL"), ("XYZ", "DL"))} | OWN
 # What the paper lists: DL for PMBA, LM for the others.
 PAPER_METHODS = {"PMBA": "PMBA-DL", "PBA": "PBA-LM", "IDP": "IDP-LM", "XYZ": "XYZ-LM"}
 
