@@ -18,7 +18,8 @@ constexpr double null_tolerance = 1e-14;
 void inverse_factor(const double* A, int size, double* M);
 
 /// For a positive semi-definite block that Cholesky refuses: M with M M^T the pseudo-inverse of A
-/// after scaling its diagonal to one. Directions without information get no step. A block that is
+/// after scaling its diagonal to one. Directions without information get no step (of
+/// anchored leaves: but what their anchors give them). A block that is
 /// not finite gives M = 0.
 void pseudo_inverse_factor(const double* A, int size, double* M);
 

@@ -70,6 +70,10 @@ BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves
 }
 
 void anchor_leaves(BlockLayout& layout, const std::vector<LeafAnchors>& anchors) {
+  if (anchors.size() != index(layout.leaves)) {
+    throw std::invalid_argument("anchors of " + std::to_string(anchors.size()) + " leaves, not " +
+                                std::to_string(layout.leaves));
+  }
   Anchorage& anchorage = layout.anchorage;
   anchorage = {{0}, {}, std::vector<std::int64_t>(index(layout.couplings), -1)};
   const std::vector<std::int64_t>& begin = layout.leaf_side.begin;
@@ -84,6 +88,10 @@ void anchor_leaves(BlockLayout& layout, const std::vector<LeafAnchors>& anchors)
                                     std::to_string(anchor));
       }
       const std::int64_t coupling = found - hub.begin();
+      if (anchorage.anchor[index(coupling)] >= 0) {
+        throw std::invalid_argument("leaf " + std::to_string(l) + " has its anchor " +
+                                    std::to_string(anchor) + " twice");
+      }
       anchorage.anchor[index(coupling)] = layout.anchors();
       anchorage.coupling.push_back(coupling);
     }

@@ -84,7 +84,7 @@ BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves
 using LeafAnchors = std::array<std::int32_t, 2>;
 
 /// Makes the given couplings of every leaf anchors. Throws std::invalid_argument where a leaf has
-/// no row of its anchor.
+/// no row of its anchor or one anchor twice, or the list is not as long as there are leaves.
 void anchor_leaves(BlockLayout& layout, const std::vector<LeafAnchors>& anchors);
 
 }  // namespace raybundle::linalg

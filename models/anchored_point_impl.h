@@ -90,10 +90,8 @@ struct Parallax {
   double k_theta() const { return -(sigma * sine + delta * cosine); }
 };
 
-// a / b for a b that may vanish, where the point is in the centre of an anchor: as if it were a
-// small part of `size` away, at which nothing is seen any more.
-inline double bounded_ratio(double a, double b, double size) {
-  const double least = 1e-12 * size;
+// a / b for a b that may vanish, then with `least` for it.
+inline double bounded_ratio(double a, double b, double least) {
   if (b > least || b < -least) return a / b;
   return least > 0 ? (b < 0 ? -a : a) / least : 0;
 }
@@ -102,7 +100,7 @@ inline double bounded_ratio(double a, double b, double size) {
 inline void by_direction(const double (*w_leaf)[3], const double* along, double (*out)[3]) {
   for (int j = 0; j < 2; ++j) {
     // Only the azimuth of pba has another length than 1, and none at the poles.
-    const double scale = bounded_ratio(1, dot(w_leaf[j], w_leaf[j]), 1);
+    const double scale = bounded_ratio(1, dot(w_leaf[j], w_leaf[j]), 1e-14);
     row_times_matrix(w_leaf[j], along, out[1 + j]);
     for (int i = 0; i < 3; ++i) out[1 + j][i] *= scale;
   }
@@ -163,9 +161,11 @@ inline void prepare(const ResidualInput& in, Index index, AnchoredPoint& point,
       const double along = k_theta * dot(at.q, w_leaf[j]);
       for (int i = 0; i < 3; ++i) point.G_leaf[1 + j][i] = along * w[i] + at.k * w_leaf[j][i];
     }
-    const double to_main = bounded_ratio(at.sine, at.k, at.baseline);
+    // In the very centre of an anchor: as if a small part of the baseline away.
+    const double least = 1e-7 * at.baseline;
+    const double to_main = bounded_ratio(at.sine, at.k, least);
     point.inverse_distance = to_main;
-    const double to_associate = bounded_ratio(at.sine, at.sigma, at.baseline);
+    const double to_associate = bounded_ratio(at.sine, at.sigma, least);
     main_effect(in.model, w, w_leaf, to_main, effect[0]);
     effect[1] = {};
     for (int i = 0; i < 3; ++i) {

@@ -274,8 +274,7 @@ double Objective::pixel_cost(const State& state) {
       [&](std::int64_t first, std::int64_t last) { return kernels.cost(in, first, last); });
 }
 
-// Unknowns that stay as they are have no derivative, hence no gradient and no step. Nor do anchors
-// move a point that stays.
+// Unknowns that stay as they are have no derivative, hence no gradient and no step.
 void Objective::clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const {
   const int numbers = layout_.row_size * layout_.leaf_size;
   for (std::int64_t row = first; row < last && !fixed_points_.empty(); ++row) {
@@ -288,12 +287,22 @@ void Objective::clear_fixed(std::int64_t first, std::int64_t last, linalg::Block
   }
 }
 
-// The same of anchors, once all of Z is there.
+// The same of anchors, once all of Z is there: a camera that stays moves no point, and a point that
+// stays is moved by none.
 void Objective::clear_fixed_anchors(linalg::BlockJacobian& J) const {
-  for (std::int64_t k = 0; k < layout_.anchors() && !still_.empty(); ++k) {
-    const std::int64_t coupling = layout_.anchorage.coupling[index(k)];
-    clear_columns(still_[index(layout_.hub_side.block[index(coupling)])], layout_.leaf_size,
-                  J.anchor_blocks.data() + k * layout_.leaf_size * layout_.hub_size);
+  if (!layout_.anchored() || (still_.empty() && fixed_points_.empty())) return;
+  const linalg::Anchorage& anchorage = layout_.anchorage;
+  const int size = layout_.leaf_size * layout_.hub_size;
+  for (std::int64_t i = 0; i < layout_.leaves; ++i) {
+    for (std::int64_t k = anchorage.begin[index(i)]; k < anchorage.begin[index(i + 1)]; ++k) {
+      double* Z = J.anchor_blocks.data() + k * size;
+      const std::int32_t camera = layout_.hub_side.block[index(anchorage.coupling[index(k)])];
+      if (is_fixed(i)) {
+        std::fill_n(Z, size, 0.0);
+      } else if (!still_.empty()) {
+        clear_columns(still_[index(camera)], layout_.leaf_size, Z);
+      }
+    }
   }
 }
 

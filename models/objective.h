@@ -14,7 +14,9 @@ namespace raybundle {
 
 /// What a solve changes: cameras and points, in the Problem's own order. Cameras have the Problem's
 /// units. A rotation is its rotation vector whatever the update, so that a state written to a file
-/// and read again has the same cost to the last bit. Points have those of their model.
+/// and read again has the same cost to the last bit. Points have those of their model; in
+/// coordinates of the world anchored ones have the same cost in pixels, and in rays where they are
+/// in front of their anchors.
 struct State {
   std::vector<double> cameras;
   std::vector<double> points;  ///< stored_size(model) numbers each
@@ -73,8 +75,9 @@ class Objective {
   /// next = state moved by `step` (layout().unknowns() numbers). `next` must have its sizes.
   void retract(const State& state, const double* step, State& next);
 
-  /// Sets the steps of those points to zero whose own cost, with the cameras moved, they would not
-  /// lower; returns how many that are. `scratch` has the sizes of `state` and is overwritten.
+  /// Sets the steps of those points to zero whose own cost, with the cameras moved, they would
+  /// raise; returns how many that are. Anchored points then go with their anchors. `scratch` has
+  /// the sizes of `state` and is overwritten.
   std::int64_t hold_worse_points(const State& state, double* step, State& scratch);
 
   /// The largest, over blocks (rotation, translation, f, distortion of each camera, each point), of

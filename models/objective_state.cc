@@ -143,8 +143,8 @@ std::int64_t Objective::hold_worse_points(const State& state, double* step, Stat
   pool_.run(pieces.pieces, [&](std::int64_t piece) {
     for (std::int64_t i = pieces.begin(piece); i < pieces.end(piece); ++i) {
       const std::int64_t first = rows_.begin[index(i)], last = rows_.begin[index(i + 1)];
-      if (first == last) continue;
-      if (cost_of(moved, first, last) < cost_of(held, first, last)) continue;
+      if (first == last || is_fixed(i)) continue;
+      if (cost_of(moved, first, last) <= cost_of(held, first, last)) continue;  // not so a NaN
       std::fill_n(delta + 3 * i, Problem::point_size, 0.0);
       ++counts[index(piece)];
     }

@@ -12,6 +12,7 @@ namespace raybundle {
 ///   pmba  direction in the frame of the main anchor, and parallax angle   [Liu18, Eq. 1-4]
 /// Of the anchored ones (all but xyz) the ray from a camera with centre P_i is, up to scale,
 ///   D = G + s (P_m - P_i)                                                 [Liu18, Eq. 6]
+/// (the main anchor sees w itself, whichever sign the distance has: docs/parallax.md),
 /// where the distance from the main anchor's centre P_m along the direction w is |G| / s:
 ///   idp        G = w,                                  s = inverse distance
 ///   pba, pmba  G = sin(alpha - theta) |P_m - P_a| w,   s = sin(theta)

@@ -18,7 +18,8 @@ double turning_radius(double k1, double k2) {
   constexpr double none = std::numeric_limits<double>::infinity();
   if (discriminant < 0) return none;
   // 1 / t = -half -+ root: the smallest positive t is the largest of these.
-  const double inverse = -half + std::sqrt(discriminant);
+  const double root = std::sqrt(discriminant);
+  const double inverse = half > 0 ? -5 * k2 / (half + root) : root - half;  // nothing cancels
   return inverse > 0 ? std::sqrt(1 / inverse) : none;
 }
 

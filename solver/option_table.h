@@ -49,7 +49,7 @@ void visit_options(AnyOptions& o, Visit&& visit) {
                    "ParallaxBA folder rays"});
   visit(o.point_steps, OptionInfo{"point-steps",
                                   "which points take their part of a step: all, or those whose own "
-                                  "cost it lowers; auto: all, dogleg: better"});
+                                  "cost it does not raise; auto: all, dogleg: better"});
   visit(o.objective, OptionInfo{"objective", "what a residual compares"});
   visit(o.ray_weight, OptionInfo{"ray-weight", "weight of a ray's residual; auto: pixel"});
   visit(

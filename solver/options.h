@@ -33,9 +33,9 @@ enum class ForcingRule { thesis, constant, eisenstat_walker, nash_sofer };
 /// [Liu18, Remark 5], which keeps their parallax exactly where coordinates would round it.
 enum class PointStart { problem, rays };
 
-/// Which points take their part of a step: all, or those alone whose own cost it lowers, the
-/// cameras having taken theirs. The others stay for once, and do not spoil a step that is good for
-/// all else.
+/// Which points take their part of a step: all, or those alone whose own cost it does not raise,
+/// the cameras having taken theirs. The others stay for once (anchored ones go with their anchors),
+/// and do not spoil a step that is good for all else.
 enum class PointSteps { all, better };
 
 /// The increments of the `inc` matrix, one per kind of parameter; empty: those of

@@ -95,8 +95,8 @@ Summary TrustRegion::run(State& state) {
   while (!stopped_) {
     begin_record();
     compute_step();
-    if (step_valid_ && summary_.options.point_steps == PointSteps::better) hold_worse_points();
     if (step_valid_) {
+      hold_worse_points();
       predict_decrease();
       evaluate_candidate();
     }
@@ -179,10 +179,20 @@ bool TrustRegion::step_is_finite() const {
   return std::all_of(step_.begin(), step_.end(), [](double x) { return std::isfinite(x); });
 }
 
-// What is taken back is not promised either: the model is asked for the step that is left.
+// What is taken back is not promised either. The cameras' step counts on points that follow: where
+// the model promises nothing without those that were taken back, all go.
 void TrustRegion::hold_worse_points() {
-  const PhaseTimer timer(summary_.seconds.residual);
-  record_.points_held = objective_.hold_worse_points(state_, step_.data(), candidate_);
+  if (summary_.options.point_steps != PointSteps::better) return;
+  whole_step_ = step_;
+  {
+    const PhaseTimer timer(summary_.seconds.residual);
+    record_.points_held = objective_.hold_worse_points(state_, step_.data(), candidate_);
+  }
+  if (record_.points_held == 0) return;
+  predict_decrease();
+  if (record_.predicted_decrease > 0) return;
+  step_ = whole_step_;
+  record_.points_held = 0;
 }
 
 // m(0) - m(p) = -g^T p - 1/2 |J p|^2 - 1/2 mu p^T D p, equal to [Qu18, Eq. 3.102] for every step
@@ -256,10 +266,12 @@ void TrustRegion::diagnose() {
 }
 
 // 1/2 g^T diag(H)^-1 g / lambda, where lambda bounds the largest eigenvalue of H scaled to a unit
-// diagonal: a row has so many unknowns that are not zero (Cauchy-Schwarz).
+// diagonal: a row feels so many unknowns, those of anchors too (Cauchy-Schwarz).
 double TrustRegion::free_promise() const {
   const linalg::BlockLayout& layout = objective_.layout();
-  return 0.5 * normal_.scaled_gradient_squares() / (layout.hub_size + layout.leaf_size);
+  const PointModel points = objective_.formulation().points;
+  const int cameras = !is_anchored(points) ? 1 : (points == PointModel::idp ? 2 : 3);
+  return 0.5 * normal_.scaled_gradient_squares() / (cameras * layout.hub_size + layout.leaf_size);
 }
 
 // Only diag(H) changes from one linearisation to the next.

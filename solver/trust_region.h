@@ -68,6 +68,7 @@ class TrustRegion {
   std::vector<double> damping_diagonal_;  // mu D
   std::vector<double> inverse_scaling_;   // D^-1 of the scaled unknowns; empty: the identity
   std::vector<double> step_;
+  std::vector<double> whole_step_;  // before points were held
   std::vector<double> J_step_;
 
   std::optional<Diagnoser> diagnoser_;       // on request

@@ -65,7 +65,9 @@ double inner_solver(const Sizes& n, const Options& options, Elimination eliminat
 /// solver/diagnosis.h: a system and a factorisation of its own.
 double diagnosis(const Sizes& n, const Options& options) {
   if (!options.diagnose) return 0;
-  return eliminated_side(n, Elimination::points) + 3 * word * n.unknowns();
+  const double lanczos = 100 * n.camera_unknowns();  // its directions, at most
+  return eliminated_side(n, Elimination::points) +
+         word * (3 * n.unknowns() + n.residuals * n.rows + lanczos);
 }
 
 double most_anchors(PointModel points) {

@@ -150,7 +150,8 @@ std::string info_text(const Info& info) {
   table.add("behind cameras", count(info.reprojection.behind_camera) + " observations");
   std::string text = info.source + "\n" + table.text();
 
-  text += "\nmemory estimates (available: " + bytes_text(linalg::available_memory()) + ")\n";
+  text += "\nmemory estimates, points as coordinates (available: " +
+          bytes_text(linalg::available_memory()) + ")\n";
   for (const MemoryEstimate& each : info.memory.methods) {
     text += format("  %-12s eliminating %-8s %-16s %s%s\n", name(each.method),
                    each.elimination ? name(*each.elimination) : "either", name(each.linear),

@@ -109,6 +109,8 @@ TEST(BlockLayout, AnchorsMustSeeTheirLeaf) {
   BlockLayout layout = make_layout({2, 9, 3}, 4, 3, {0, 0, 0, 2, 2}, {0, 1, 3, 1, 2});
   EXPECT_THROW(anchor_leaves(layout, {{2, -1}, {-1, -1}, {2, -1}}), std::invalid_argument);
   EXPECT_THROW(anchor_leaves(layout, {{0, -1}, {0, -1}, {2, -1}}), std::invalid_argument);
+  EXPECT_THROW(anchor_leaves(layout, {{1, 1}, {-1, -1}, {2, -1}}), std::invalid_argument);
+  EXPECT_THROW(anchor_leaves(layout, {{1, -1}, {-1, -1}}), std::invalid_argument);
 }
 
 TEST(BlockLayout, NoRowsAtAll) {

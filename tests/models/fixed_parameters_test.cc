@@ -150,6 +150,27 @@ TEST(FixedParameters, AnchoredPointsStayWhileTheirAnchorsMove) {
   }
 }
 
+TEST(FixedParameters, AnchorsThatStayAndPointsThatStayHaveNoEffect) {
+  const Problem problem = masked();
+  for (const PointModel points : {PointModel::idp, PointModel::pmba}) {
+    DenseObjective dense(problem, {.pose_update = PoseUpdate::global, .points = points});
+    const linalg::BlockLayout& layout = dense.objective().layout();
+    for (std::size_t i = 0; i < 10; ++i) {
+      for (auto k = layout.anchorage.begin[i]; k < layout.anchorage.begin[i + 1]; ++k) {
+        const auto coupling = layout.anchorage.coupling[static_cast<std::size_t>(k)];
+        const auto camera = layout.hub_side.block[static_cast<std::size_t>(coupling)];
+        const bool stays = i == 0 || i == 9 || camera == 0 || camera == 3;
+        const Eigen::Map<const VectorXd> Z(dense.blocks().anchor_blocks.data() + k * 27, 27);
+        EXPECT_EQ(Z.isZero(0), stays) << "point " << i << ", camera " << camera;
+      }
+    }
+    // Nor is a fixed point among those whose step is taken back.
+    VectorXd step = random_step(layout.unknowns(), 10, 4);
+    State scratch = dense.state();
+    EXPECT_LE(dense.objective().hold_worse_points(dense.state(), step.data(), scratch), 8);
+  }
+}
+
 // Every mask of a pose is either held to the bit or refused; none is bent.
 TEST(FixedParameters, EveryPoseMaskIsHeldOrRefused) {
   for (const PoseUpdate update : updates) {

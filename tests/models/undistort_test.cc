@@ -60,6 +60,14 @@ TEST(Undistorted, RefusesWhatNoLensMakes) {
   }
 }
 
+// A lens that grows nearly for ever, beyond where it folds back.
+TEST(Undistorted, ALensThatFoldsBackFarOutEndsThere) {
+  const double lens[] = {1, 0.1, -1e-20};
+  const double inside[] = {1e20, 0}, outside[] = {1e30, 0};
+  EXPECT_TRUE(undistort(lens, inside));
+  EXPECT_FALSE(undistort(lens, outside));
+}
+
 TEST(OneFocalLength, IsTheMedianAndKeepsTheRays) {
   Problem problem = test::small_problem({.seed = 3, .cameras = 5});
   const double f[] = {400, 900, 500, 700, 100};

@@ -138,5 +138,40 @@ TEST(DoglegSolve, RaysEndNearTheMinimumOfPixels) {
   EXPECT_NEAR(summary.final_cost, pixels, 1e-2 * pixels);
 }
 
+// The step that is judged is the one that is left, and a step that nobody had to be held for is
+// that of --point-steps all.
+TEST(PointSteps, HeldPointsAreNotPromised) {
+  Problem problem = test::small_problem({.seed = 6, .points = 40, .parameter_noise = 0.5});
+  bool held = false;
+  for (const PointModel points : {PointModel::xyz, PointModel::pmba}) {
+    Problem better = problem, all = problem;
+    const Options options = {.method = Method::dogleg,
+                             .lens = Lens::fixed,
+                             .points = points,
+                             .max_iterations = 40,
+                             .max_consecutive_failures = 40};
+    const Summary summary = solve(better, options);
+    Options every = options;
+    every.point_steps = PointSteps::all;
+    const Summary plain = solve(all, every);
+    bool same = true;
+    for (std::size_t i = 1; i < summary.iterations.size(); ++i) {
+      const IterationRecord& record = summary.iterations[i];
+      held = held || record.points_held > 0;
+      same = same && record.points_held == 0;
+      if (same) {
+        EXPECT_EQ(record.candidate_cost, plain.iterations.at(i).candidate_cost);
+      }
+      if (record.accepted) {
+        const double gain = summary.iterations[i - 1].cost - record.cost;
+        EXPECT_NEAR(record.rho * record.predicted_decrease, gain, 1e-9 * (1 + std::abs(gain)));
+      }
+    }
+    for (const IterationRecord& record : plain.iterations) EXPECT_EQ(record.points_held, 0);
+    EXPECT_LE(summary.final_cost, plain.final_cost * (1 + 1e-6));
+  }
+  EXPECT_TRUE(held);
+}
+
 }  // namespace
 }  // namespace raybundle
