@@ -10,9 +10,9 @@ NormalEquations::NormalEquations(const BlockLayout& block_layout)
       C(index(layout->size(Side::leaves) * layout->leaf_size)),
       gradient(index(layout->unknowns())) {
   if (!layout->anchored()) return;
-  own_gradient.resize(index(layout->size(Side::hubs)));
-  hub_diagonal.resize(own_gradient.size());
-  products.resize(index(layout->anchors() * (layout->leaf_size + 1) * layout->hub_size));
+  own_gradient_.resize(index(layout->size(Side::hubs)));
+  hub_diagonal_.resize(own_gradient_.size());
+  products_.resize(index(layout->anchors() * (layout->leaf_size + 1) * layout->hub_size));
 }
 
 void NormalEquations::form(const BlockJacobian& J, const double* r, ThreadPool& pool) {
@@ -21,9 +21,9 @@ void NormalEquations::form(const BlockJacobian& J, const double* r, ThreadPool& 
                              C.data(),
                              gradient.data(),
                              gradient.data() + layout->offset(Side::leaves),
-                             own_gradient.data(),
-                             hub_diagonal.data(),
-                             products.data()};
+                             own_gradient_.data(),
+                             hub_diagonal_.data(),
+                             products_.data()};
   for (const Side side : {Side::leaves, Side::hubs}) {  // anchors take from their leaves
     const auto kernel =
         side == Side::hubs ? kernels.normal_blocks_hubs : kernels.normal_blocks_leaves;
@@ -39,7 +39,7 @@ void NormalEquations::diagonal_blocks(const BlockJacobian& J, Side side, std::ve
   const auto kernel = block_kernels(*layout).add_anchor_blocks;
   if (side == Side::leaves || kernel == nullptr) return;
   for_blocks(*layout, Side::hubs, pool, [&](std::int64_t first, std::int64_t last) {
-    kernel(view(J), products.data(), first, last, H.data());
+    kernel(view(J), products_.data(), first, last, H.data());
   });
 }
 
@@ -47,7 +47,7 @@ void NormalEquations::diagonal_blocks(const BlockJacobian& J, Side side, std::ve
 template <class Visit>
 void NormalEquations::for_diagonal(Visit&& visit) const {
   std::size_t i = 0;
-  for (const double d : hub_diagonal) visit(i++, d);
+  for (const double d : hub_diagonal_) visit(i++, d);
   for (const Side side : {Side::hubs, Side::leaves}) {
     if (side == Side::hubs && layout->anchored()) continue;
     const int size = layout->block_size(side);

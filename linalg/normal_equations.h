@@ -23,7 +23,7 @@ struct NormalEquations {
 
   /// J_hub^T r.
   const double* own_hub_gradient() const {
-    return layout->anchored() ? own_gradient.data() : gradient.data();
+    return layout->anchored() ? own_gradient_.data() : gradient.data();
   }
 
   /// Writes diag(H), clamped to [low, high], to d (all unknowns).
@@ -41,9 +41,9 @@ struct NormalEquations {
   template <class Visit>
   void for_diagonal(Visit&& visit) const;
 
-  std::vector<double> own_gradient;  // these are empty without anchors; see NormalView
-  std::vector<double> hub_diagonal;
-  std::vector<double> products;
+  std::vector<double> own_gradient_;  // these are empty without anchors; see NormalView
+  std::vector<double> hub_diagonal_;
+  std::vector<double> products_;
 };
 
 }  // namespace raybundle::linalg
