@@ -96,13 +96,14 @@ Summary TrustRegion::run(State& state) {
     begin_record();
     compute_step();
     if (step_valid_) {
-      hold_worse_points();
-      predict_decrease();
+      propose();
       evaluate_candidate();
     }
     judge();
-    if (record_.accepted) linearize();
-    if (record_.accepted && diagnoser_) diagnose();
+    if (record_.accepted) {
+      linearize();
+      diagnose();
+    }
     end_iteration();
   }
   state = std::move(state_);
@@ -119,11 +120,10 @@ void TrustRegion::start() {
   }
   if (!loss_.is_final()) set_loss_scale(loss_.scale());
   linearize();
-  if (diagnoser_) diagnose();
+  diagnose();
   record_.accepted = true;
   end_iteration();
-  const bool finite = std::isfinite(cost_) && std::isfinite(record_.gradient_norm);
-  if (!finite) stop(Termination::bad_start);
+  if (!std::isfinite(cost_ + record_.gradient_norm)) stop(Termination::bad_start);
 }
 
 void TrustRegion::begin_record() {
@@ -181,18 +181,17 @@ bool TrustRegion::step_is_finite() const {
 
 // What is taken back is not promised either. The cameras' step counts on points that follow: where
 // the model promises nothing without those that were taken back, all go.
-void TrustRegion::hold_worse_points() {
-  if (summary_.options.point_steps != PointSteps::better) return;
-  whole_step_ = step_;
-  {
+void TrustRegion::propose() {
+  if (summary_.options.point_steps == PointSteps::better) {
     const PhaseTimer timer(summary_.seconds.residual);
+    whole_step_ = step_;
     record_.points_held = objective_.hold_worse_points(state_, step_.data(), candidate_);
   }
-  if (record_.points_held == 0) return;
   predict_decrease();
-  if (record_.predicted_decrease > 0) return;
-  step_ = whole_step_;
+  if (record_.points_held == 0 || record_.predicted_decrease > 0) return;
+  step_.swap(whole_step_);
   record_.points_held = 0;
+  predict_decrease();
 }
 
 // m(0) - m(p) = -g^T p - 1/2 |J p|^2 - 1/2 mu p^T D p, equal to [Qu18, Eq. 3.102] for every step
@@ -261,6 +260,7 @@ void TrustRegion::linearize() {
 }
 
 void TrustRegion::diagnose() {
+  if (!diagnoser_) return;
   const PhaseTimer timer(summary_.seconds.diagnosis);
   record_.diagnosis = diagnoser_->measure({&J_, &normal_, residual_.data()});
 }

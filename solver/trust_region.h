@@ -33,7 +33,7 @@ class TrustRegion {
  private:
   void start();
   void compute_step();
-  void hold_worse_points();
+  void propose();
   void predict_decrease();
   void evaluate_candidate();
   void judge();
