@@ -14,9 +14,9 @@ namespace raybundle {
 
 /// What a solve changes: cameras and points, in the Problem's own order. Cameras have the Problem's
 /// units. A rotation is its rotation vector whatever the update, so that a state written to a file
-/// and read again has the same cost to the last bit. Points have those of their model; in
-/// coordinates of the world anchored ones have the same cost in pixels, and in rays where they are
-/// in front of their anchors.
+/// and read again has the same cost, of xyz to the last bit. Points have those of their model; in
+/// coordinates of the world those beyond infinity are behind their cameras, which costs pixels
+/// nothing, and rays of xyz everything.
 struct State {
   std::vector<double> cameras;
   std::vector<double> points;  ///< stored_size(model) numbers each
@@ -42,6 +42,7 @@ class Objective {
   const std::vector<Anchors>& anchors() const { return anchors_; }  ///< empty for xyz
 
   /// The problem's cameras and points, which must be those it was made from in number and order.
+  /// Anchored points of rays are where their anchors saw them, in front or beyond infinity.
   State state_of(const Problem& problem) const;
   /// The same cameras; the points as far as two of their rays tell [Liu18, Remark 5].
   State state_from_rays(const Problem& problem) const;
@@ -93,6 +94,9 @@ class Objective {
   void choose_all_anchors(const Problem& problem, const std::vector<double>& rays);
   template <class Place>
   void place_points(State& state, Place&& place) const;
+  AnchorRays anchor_rays(std::int64_t point, const double* rays, const CameraPoses& poses) const;
+  void place_in_world(std::int64_t point, const double* X, const CameraPoses& poses,
+                      double* stored) const;
   bool is_fixed(std::int64_t point) const {
     return !fixed_points_.empty() && fixed_points_[linalg::index(point)] != 0;
   }

@@ -38,13 +38,36 @@ void Objective::place_points(State& state, Place&& place) const {
   });
 }
 
+AnchorRays Objective::anchor_rays(std::int64_t i, const double* rays,
+                                  const CameraPoses& poses) const {
+  const auto seen_by = [&](std::int32_t camera) {
+    const auto first = rows_.camera.begin() + rows_.begin[index(i)];
+    const auto last = rows_.camera.begin() + rows_.begin[index(i + 1)];
+    return rays + 3 * (std::lower_bound(first, last, camera) - rows_.camera.begin());
+  };
+  const Anchors& anchors = anchors_[index(i)];
+  if (anchors.associate < 0) return {seen_by(anchors.main), nullptr, nullptr};
+  return {seen_by(anchors.main), seen_by(anchors.associate), poses.R_cw(anchors.associate)};
+}
+
+// Pixels do not tell on which side of its cameras a point is, rays do.
+void Objective::place_in_world(std::int64_t i, const double* X, const CameraPoses& poses,
+                               double* stored) const {
+  const AnchorPoses anchors = poses.of(anchors_[index(i)]);
+  if (rays_.empty()) {
+    from_world(formulation_.points, X, anchors, nullptr, stored);
+  } else {
+    const AnchorRays rays = anchor_rays(i, rays_.data(), poses);
+    from_world(formulation_.points, X, anchors, &rays, stored);
+  }
+}
+
 State Objective::state_of(const Problem& problem) const {
   if (!is_anchored(formulation_.points)) return {problem.cameras, problem.points};
   State state = {problem.cameras, {}};
   const CameraPoses poses(problem.cameras);
   place_points(state, [&](std::int64_t i, double* stored) {
-    from_world(formulation_.points, problem.points.data() + 3 * i, poses.of(anchors_[index(i)]),
-               stored);
+    place_in_world(i, problem.points.data() + 3 * i, poses, stored);
   });
   return state;
 }
@@ -77,8 +100,7 @@ void Objective::hold_points(State& state) const {
   if (!is_anchored(formulation_.points)) return;
   const CameraPoses poses(state.cameras);
   place_points(state, [&](std::int64_t i, double* stored) {
-    if (!is_fixed(i)) return;
-    from_world(formulation_.points, places_.data() + 3 * i, poses.of(anchors_[index(i)]), stored);
+    if (is_fixed(i)) place_in_world(i, places_.data() + 3 * i, poses, stored);
   });
 }
 

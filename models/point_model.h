@@ -58,16 +58,22 @@ struct AnchorPoses {
 /// The world coordinates. A point at infinity, or nearly, is put at 1e12 times the distance of the
 /// anchors (1e12 without associate), where the difference cannot be seen.
 void to_world(PointModel model, const double* stored, const AnchorPoses& anchors, double* X);
-/// Stored numbers of the point X; in the anchor's centre it has any direction.
-void from_world(PointModel model, const double* X, const AnchorPoses& anchors, double* stored);
-/// Stored numbers of a point seen from its anchors along `ray` and `ray_associate` (unit vectors in
-/// the cameras' frames, the latter null where there is none) [Liu18, Remark 5]: parallax and
-/// direction come from rotations and rays alone, and of the centres only idp needs the distance.
+
+/// What the anchors of a point saw of it, in their frames; the latter two are null where there is
+/// no associate.
 struct AnchorRays {
   const double* ray;
   const double* ray_associate;
   const double* R_cw_associate;
 };
+
+/// Stored numbers of the point X; in the anchor's centre it has any direction. Where rays are
+/// given, X behind an anchor that saw it, is a point beyond infinity in front of that anchor.
+void from_world(PointModel model, const double* X, const AnchorPoses& anchors,
+                const AnchorRays* rays, double* stored);
+/// Stored numbers of a point as far as the rays, of length 1, of its anchors tell
+/// [Liu18, Remark 5]: parallax and direction come from rotations and rays alone, and of the centres
+/// only idp needs the distance.
 void from_rays(PointModel model, const AnchorRays& rays, const AnchorPoses& anchors,
                double* stored);
 

@@ -241,6 +241,36 @@ TEST_P(FormulationOf, PointsWithAWorseStepAreHeld) {
   EXPECT_LT(held, 40);
 }
 
+// A start of which every third point lies behind the cameras that saw it, as solves leave those
+// beyond infinity.
+Problem problem_beyond_infinity() {
+  Problem problem = small_problem({.seed = 12, .cameras = 6, .points = 30, .points_seen_once = 3});
+  const std::vector<double> rays = observed_rays(problem);
+  for (std::size_t k = 0; k < problem.observation_point.size(); ++k) {
+    const auto i = std::size_t(problem.observation_point[k]);
+    if (i % 3 != 0) continue;
+    const double* camera = &problem.cameras[9 * std::size_t(problem.observation_camera[k])];
+    const Eigen::Matrix3d R_cw = so3::exp(Vector3d(camera[0], camera[1], camera[2]));
+    const Vector3d centre = -R_cw.transpose() * Vector3d(camera[3], camera[4], camera[5]);
+    const Vector3d ray(rays[3 * k], rays[3 * k + 1], rays[3 * k + 2]);
+    Eigen::Map<Vector3d>(&problem.points[3 * i]) = centre - 1e3 * (R_cw.transpose() * ray);
+  }
+  return problem;
+}
+
+TEST_P(FormulationOf, PointsBeyondInfinityAreReadBackAsSuch) {
+  if (!is_anchored(GetParam().points) || GetParam().objective != ObjectiveKind::ray) return;
+  const Problem problem = problem_beyond_infinity();
+  DenseObjective dense(problem, GetParam());
+  const double as_coordinates = ray_cost(problem, GetParam().ray_weight);
+  EXPECT_LT(dense.cost(), 0.1 * as_coordinates);
+  Problem written = problem;
+  dense.objective().write(dense.state(), written);
+  EXPECT_NEAR(DenseObjective(written, GetParam()).cost(), dense.cost(), 1e-9 * dense.cost());
+  const double pixels = reprojection_statistics(written).cost;
+  EXPECT_NEAR(dense.objective().pixel_cost(dense.state()), pixels, 1e-9 * pixels);
+}
+
 TEST(RayObjective, RefusesFreeLenses) {
   EXPECT_THROW(DenseObjective(small_problem(), Formulation{.objective = ObjectiveKind::ray}),
                std::invalid_argument);
