@@ -44,7 +44,8 @@ class Objective {
   /// The problem's cameras and points, which must be those it was made from in number and order.
   /// Anchored points of rays are where their anchors saw them, in front or beyond infinity.
   State state_of(const Problem& problem) const;
-  /// The same cameras; the points as far as two of their rays tell [Liu18, Remark 5].
+  /// The same cameras; points that are not fixed as far as two of their rays tell
+  /// [Liu18, Remark 5].
   State state_from_rays(const Problem& problem) const;
   /// Puts a state into the problem: points as coordinates of the world.
   void write(State state, Problem& problem) const;
@@ -129,5 +130,9 @@ class Objective {
   std::vector<std::uint8_t> fixed_points_;
   std::vector<double> places_;  // in the world, of anchored points, where some are fixed
 };
+
+/// The problem with the coordinates of Objective::state_from_rays(); points that nobody observes
+/// stay. Throws InputError when the problem is inconsistent.
+Problem with_points_from_rays(Problem problem);
 
 }  // namespace raybundle

@@ -72,7 +72,7 @@ State Objective::state_of(const Problem& problem) const {
   return state;
 }
 
-// xyz and idp too are placed by the pair of best parallax.
+// xyz and idp too are placed by the pair of best parallax; fixed points stay.
 State Objective::state_from_rays(const Problem& problem) const {
   State state = state_of(problem);
   const CameraPoses poses(problem.cameras);
@@ -80,6 +80,7 @@ State Objective::state_from_rays(const Problem& problem) const {
   const SeenRays seen = poses.seen(rows_.camera, rays);
   const bool idp = formulation_.points == PointModel::idp;
   place_points(state, [&](std::int64_t i, double* stored) {
+    if (is_fixed(i)) return;
     const Track track = {rows_.begin[index(i)], rows_.begin[index(i + 1)]};
     const AnchorRows best = choose_anchors(seen, track, idp);
     const std::int32_t associate = best.anchors.associate;
@@ -90,8 +91,14 @@ State Objective::state_from_rays(const Problem& problem) const {
     }
     from_rays(formulation_.points, ray, poses.of(best.anchors), stored);
   });
-  hold_points(state);
   return state;
+}
+
+Problem with_points_from_rays(Problem problem) {
+  linalg::ThreadPool pool(1);
+  const Objective objective(problem, {.lens = Lens::fixed}, pool);
+  objective.write(objective.state_from_rays(problem), problem);
+  return problem;
 }
 
 // Fixed points stay where they are in the world, wherever their anchors went.

@@ -157,11 +157,11 @@ void retract_point(PointModel model, const double* stored, const double* step, d
       tangent_basis(n.data(), a1.data(), a2.data());
       const Vector3d turn = step[1] * a1 + step[2] * a2;
       const double size = turn.norm();
-      const double sinc = size > 0 ? std::sin(size) / size : 1;
-      // Exp(turn) n, with turn perpendicular to n.
-      const Vector3d moved = std::cos(size) * n + sinc * turn.cross(n);
       next[3] = stored[3] + step[0];
-      vector(next) = moved.normalized();
+      vector(next) = n;  // to the bit, where it does not turn
+      if (size == 0) return;
+      // Exp(turn) n, with turn perpendicular to n.
+      vector(next) = (std::cos(size) * n + std::sin(size) / size * turn.cross(n)).normalized();
       return;
     }
   }

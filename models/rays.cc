@@ -120,25 +120,29 @@ Problem undistorted(Problem problem) {
 }
 
 Problem with_one_focal_length(Problem problem) {
-  std::vector<double> all;
-  for (std::size_t c = 0; c < problem.cameras.size(); c += Problem::camera_size) {
-    all.push_back(problem.cameras[c + 6]);
+  const auto focal = [&](std::size_t camera) -> double& {
+    return problem.cameras[Problem::camera_size * camera + 6];
+  };
+  std::vector<double> used;
+  std::vector<bool> counted(problem.cameras.size() / Problem::camera_size);
+  for (const std::int32_t camera : problem.observation_camera) {
+    const auto c = static_cast<std::size_t>(camera);
+    if (!counted[c]) used.push_back(focal(c));
+    counted[c] = true;
   }
-  const double common = upper_median(all);
+  const double common = upper_median(used);
   for (std::size_t k = 0; k < problem.observation_camera.size(); ++k) {
     const auto camera = static_cast<std::size_t>(problem.observation_camera[k]);
-    if (all[camera] == common) continue;
-    if (all[camera] == 0) {
+    if (focal(camera) == common) continue;
+    if (focal(camera) == 0) {
       throw InputError("problem", 0, "camera " + std::to_string(camera) + " with f 0",
                        "a focal length that makes pixels of rays");
     }
     for (std::size_t i = 2 * k; i < 2 * k + 2; ++i) {
-      problem.observations[i] *= common / all[camera];
+      problem.observations[i] *= common / focal(camera);
     }
   }
-  for (std::size_t c = 0; c < problem.cameras.size(); c += Problem::camera_size) {
-    problem.cameras[c + 6] = common;
-  }
+  for (std::size_t c = 0; c < counted.size(); ++c) focal(c) = common;
   return problem;
 }
 

@@ -26,7 +26,8 @@ std::vector<double> apparent_rays(const Problem& problem);
 /// InputError for an observation that its camera's lens cannot have made.
 Problem undistorted(Problem problem);
 
-/// The problem as cameras of one focal length, the upper median of all, would have seen it: the
+/// The problem as cameras of one focal length, the upper median of those that observe
+/// something, would have seen it: the
 /// pixels of each, which are f times something that f does not change, are scaled, and with them
 /// its residuals. Throws InputError for a camera with f = 0 that observes something.
 Problem with_one_focal_length(Problem problem);

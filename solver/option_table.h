@@ -41,7 +41,9 @@ void visit_options(AnyOptions& o, Visit&& visit) {
                               "scaling of the unknowns in the linear system and of the trust "
                               "region; auto: inc for inm, dinm, adinm, irls, else identity"});
   visit(o.pose_update, OptionInfo{"pose-update", "how a pose takes a step"});
-  visit(o.lens, OptionInfo{"lens", "whether f, k1, k2 are unknowns; auto: free, of rays fixed"});
+  visit(o.lens, OptionInfo{"lens",
+                           "whether f, k1, k2 are unknowns; auto: free, of rays or a "
+                           "ParallaxBA folder fixed"});
   visit(o.points, OptionInfo{"points", "how points are described"});
   visit(o.point_start,
         OptionInfo{"point-start",

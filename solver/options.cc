@@ -97,6 +97,19 @@ void refuse_globalisation(const Options& o, const MethodTraits& method) {
   }
 }
 
+void refuse_loss_of_rays(const Options& o) {
+  if (o.ray_weight == RayWeight::unit) {
+    throw OptionError(
+        "--ray-weight unit with a loss: its scale is in pixels, which residuals of rays are by "
+        "--ray-weight pixel or focal");
+  }
+  if (o.loss_scope == LossScope::component) {
+    throw OptionError(
+        "--loss-scope component with --objective ray: the three components of a ray have no "
+        "meaning of their own; use observation");
+  }
+}
+
 void refuse_formulation(const Options& o, const MethodTraits& method) {
   if (o.objective == ObjectiveKind::ray && o.lens == Lens::free) {
     throw OptionError(
@@ -105,12 +118,14 @@ void refuse_formulation(const Options& o, const MethodTraits& method) {
   }
   if (o.objective == ObjectiveKind::pixel) {
     refuse("the objective is of pixels", given("ray-weight", o.ray_weight));
+  } else if (o.loss.value_or(method.loss) != Loss::none) {
+    refuse_loss_of_rays(o);
   }
   if (!is_anchored(o.points)) return;
   const std::string who = std::string("--points ") + name(o.points);
   const char* const reason =
-      ": a row then touches the anchors of its point too, and the cameras' side of the normal "
-      "equations is not block diagonal; use --points xyz";
+      ": every observation of a point then depends on the point's anchors too, and the cameras' "
+      "side of the normal equations is not block diagonal; use --points xyz";
   if (o.elimination == Elimination::cameras) {
     throw OptionError("--elimination cameras with " + who + reason);
   }

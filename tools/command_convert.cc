@@ -64,15 +64,26 @@ void check(const Arguments& arguments) {
 
 Problem converted(const Arguments& arguments, Format format) {
   Problem problem = read_input(arguments.input);
-  if (arguments.undistort) problem = undistorted(std::move(problem));
-  if (format == Format::bal) return problem;
-  if (arguments.undistort) problem = with_one_focal_length(std::move(problem));
+  const bool one_lens = format == Format::parallaxba;
+  if (arguments.undistort) {
+    naming("problem", arguments.input, [&] {
+      problem = undistorted(std::move(problem));
+      if (one_lens) problem = with_one_focal_length(std::move(problem));
+    });
+  }
+  if (!one_lens) return problem;
   const std::string breach = io::lens_breach(problem);
   if (breach.empty()) return problem;
   throw InputError(arguments.input, 0, breach,
                    "the same f > 0 everywhere and no distortion, as ParallaxBA's format has one K "
                    "for all cameras" +
                        std::string(arguments.undistort ? "" : "; see --undistort"));
+}
+
+/// A line on what the format has no place for; empty where all is there.
+std::string what_is_lost(const Problem& problem, Format format) {
+  if (format == Format::parallaxba) return without_points + std::string("\n");
+  return problem.aspect == 1 ? "" : square_pixels + std::string("\n");
 }
 
 ExitCode run(const Arguments& arguments) {
@@ -87,7 +98,7 @@ ExitCode run(const Arguments& arguments) {
   const std::string counts = count_text(problem.camera_count(), "camera") + ", " +
                              count_text(problem.point_count(), "point") + ", " +
                              count_text(problem.observation_count(), "observation");
-  std::fputs((counts + "\n").c_str(), stderr);
+  std::fputs((counts + "\n" + what_is_lost(problem, format)).c_str(), stderr);
   return ExitCode::usable;
 }
 

@@ -95,7 +95,8 @@ Evaluation evaluate(const Arguments& arguments, const Problem& problem) {
   result.cost = objective.cost(objective.state_of(problem));
   if (!arguments.truth.empty()) {
     result.truth_source = arguments.truth;
-    result.truth = compare_with_truth(problem, read_truth(arguments.truth));
+    result.truth = naming("truth", arguments.truth,
+                          [&] { return compare_with_truth(problem, read_truth(arguments.truth)); });
   }
   return result;
 }

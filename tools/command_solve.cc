@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -18,6 +19,7 @@
 #include <raybundle/models/io/atomic_file.h>
 #include <raybundle/models/io/bal.h>
 #include <raybundle/models/io/parallaxba.h>
+#include <raybundle/models/objective.h>
 #include <raybundle/models/scenes/street.h>
 #include <raybundle/models/statistics.h>
 #include <raybundle/solver/solve.h>
@@ -53,6 +55,10 @@ class Stopwatch {
 
 void say(const std::string& line) { std::fputs((line + "\n").c_str(), stderr); }
 
+void say_warnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) say("warning: " + warning);
+}
+
 /// A folder holds cameras of one fixed lens and what they observed, but no points.
 void check_output_folder(const Arguments& arguments, const Options& effective) {
   const std::string folder = "--output: the folder " + arguments.output + " ";
@@ -64,7 +70,7 @@ void check_output_folder(const Arguments& arguments, const Options& effective) {
   if (effective.lens == Lens::free) {
     throw OptionError(folder +
                       "has one lens for all cameras, and each is to be solved for its "
-                      "own; add --lens fixed, or name a file");
+                      "own; leave --lens fixed, or name a file");
   }
   check_folder("--output", arguments.output, arguments.input);
 }
@@ -110,19 +116,19 @@ Problem obtain(const Arguments& arguments, SolveRecord& record) {
     say(std::to_string(record.cameras) + " cameras, " + std::to_string(record.points) +
         " points, " + std::to_string(record.observations) + " observations");
   }
-  for (const std::string& warning : warnings(structure_statistics(problem))) {
-    say("warning: " + warning);
-  }
+  say_warnings(warnings(structure_statistics(problem)));
   return problem;
 }
 
-Summary solve_shown(const Arguments& arguments, const InterruptGuard& interrupt, Problem& problem) {
+Summary solve_shown(const Arguments& arguments, const std::string& source,
+                    const InterruptGuard& interrupt, Problem& problem) {
   ProgressTable table;
   const auto observer = [&](const IterationRecord& record) {
     if (!arguments.quiet) table.show(record);
     return interrupt.signal() == nullptr ? Control::proceed : Control::stop;
   };
-  Summary summary = solve(problem, arguments.options, observer);
+  Summary summary =
+      naming("problem", source, [&] { return solve(problem, arguments.options, observer); });
   if (summary.termination == Termination::stopped) {
     summary.message = std::string("interrupted by ") + interrupt.signal();
   }
@@ -138,6 +144,9 @@ void write_solution(const std::string& output, const Problem& problem, SolveReco
   }
   record.write_seconds = watch.seconds();
   record.output = output == "-" ? "standard output" : output;
+  const std::vector<std::string> lost = file_warnings(record, problem, names_folder(output));
+  say_warnings(lost);
+  record.warnings.insert(record.warnings.end(), lost.begin(), lost.end());
 }
 
 void write_log(const std::string& log, SolveRecord& record) {
@@ -194,25 +203,41 @@ ExitCode exit_code(const Summary& summary) {
   return ExitCode::numerical_failure;
 }
 
+/// What a folder in ParallaxBA's format says by being one: its K is known, and its points come from
+/// the rays, so that their parallax is exact.
+void take_folder_defaults(Arguments& arguments) {
+  if (!io::is_parallaxba(arguments.input)) return;
+  Options& options = arguments.options;
+  if (!options.point_start) options.point_start = PointStart::rays;
+  if (!options.lens) options.lens = Lens::fixed;
+}
+
+/// The figures of what the solve starts from.
+void measure_start(const Problem& problem, const Options& effective, SolveRecord& record) {
+  record.before = reprojection_statistics(problem);
+  if (has_loss(effective)) record.robust_before = robust_statistics(problem, *effective.loss_scale);
+}
+
 ExitCode run(Arguments arguments) {
+  take_folder_defaults(arguments);
   check(arguments);
-  // Its points come from the rays anyway: so their parallax is exact.
-  if (!arguments.options.point_start && io::is_parallaxba(arguments.input)) {
-    arguments.options.point_start = PointStart::rays;
-  }
   SolveRecord record;
   Problem problem = obtain(arguments, record);
-  record.before = reprojection_statistics(problem);
   const Options effective = resolve(arguments.options);
-  if (has_loss(effective)) record.robust_before = robust_statistics(problem, *effective.loss_scale);
+  const bool has_start_points =
+      effective.point_start == PointStart::problem || io::is_parallaxba(arguments.input);
+  measure_start(has_start_points ? problem : with_points_from_rays(problem), effective, record);
+  const std::vector<std::string> at_start = start_warnings(record, effective);
+  say_warnings(at_start);
 
   // Lives until all is written: by then an interrupt would only lose what has been computed.
   const InterruptGuard interrupt(!arguments.quiet);
-  record.summary = solve_shown(arguments, interrupt, problem);
+  record.summary = solve_shown(arguments, record.source, interrupt, problem);
   record.after = reprojection_statistics(problem);
   if (has_loss(effective)) record.robust_after = robust_statistics(problem, *effective.loss_scale);
   record.warnings = result_warnings(record);
-  for (const std::string& warning : record.warnings) say("warning: " + warning);
+  say_warnings(record.warnings);
+  record.warnings.insert(record.warnings.begin(), at_start.begin(), at_start.end());
 
   if (!write_all(arguments, problem, record)) return ExitCode::failure;
   return exit_code(record.summary);

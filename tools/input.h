@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include <raybundle/models/error.h>
 #include <raybundle/models/problem.h>
 
 namespace raybundle::tools {
@@ -16,5 +17,17 @@ Problem read_input(const std::string& input);
 /// guessed from its rays). Files may be "-" or compressed as above; the first line tells which
 /// format it is. Throws InputError.
 Problem read_truth(const std::string& truth);
+
+/// What use() returns; an InputError about "problem" or "truth" names the file it was read from.
+template <class Use>
+auto naming(const char* what, const std::string& file, const Use& use) {
+  try {
+    return use();
+  } catch (const InputError& error) {
+    if (error.source() != what) throw;
+    throw InputError(file == "-" ? "standard input" : file, error.line(), error.found(),
+                     error.expected());
+  }
+}
 
 }  // namespace raybundle::tools

@@ -25,6 +25,13 @@ std::string output_path(const std::string& output);
 /// has seen enough and closed it.
 void print(std::string_view text);
 
+/// What formats do not hold of a problem.
+inline constexpr const char* without_points =
+    "a folder in ParallaxBA's format has no points: who reads it places them by their rays";
+inline constexpr const char* square_pixels =
+    "BAL has square pixels: those of the file are all as wide as f_x tells, which weighs their "
+    "rows otherwise, and the cost is another";
+
 /// Whether a result of this name is to be a folder: it is one, or ends in a slash.
 bool names_folder(const std::string& output);
 

@@ -6,6 +6,8 @@
 
 #include <raybundle/solver/option_table.h>
 #include <raybundle/tools/memory.h>
+#include <raybundle/tools/output.h>
+#include <raybundle/tools/report.h>
 #include <raybundle/version.h>
 
 namespace raybundle::tools {
@@ -139,6 +141,41 @@ Json summary_json(const SolveRecord& record) {
 }  // namespace
 
 bool has_loss(const Options& options) { return options.loss && *options.loss != Loss::none; }
+
+std::vector<std::string> start_warnings(const SolveRecord& record, const Options& effective) {
+  std::vector<std::string> result;
+  const bool rays_of_coordinates = effective.objective == ObjectiveKind::ray &&
+                                   effective.points == PointModel::xyz &&
+                                   record.before.behind_camera > 0;
+  if (rays_of_coordinates) {
+    result.push_back(count_text(record.before.behind_camera, "observation") +
+                     " at the start of points behind their cameras, whose rays point the other "
+                     "way: --points pmba can take them to be beyond infinity" +
+                     (effective.point_start == PointStart::rays ? ""
+                                                                : ", --point-start rays places "
+                                                                  "them anew"));
+  }
+  if (effective.diagnose && effective.gauge == Gauge::free) {
+    result.push_back(
+        "--diagnose with --gauge free: seven eigenvalues of the reduced system are nothing but "
+        "rounding, the smallest among them; see --gauge fixed");
+  }
+  return result;
+}
+
+std::vector<std::string> file_warnings(const SolveRecord& record, const Problem& problem,
+                                       bool folder) {
+  if (folder) return {without_points};
+  std::vector<std::string> result;
+  if (problem.aspect != 1) result.push_back(square_pixels);
+  if (record.summary.options.objective == ObjectiveKind::ray && record.after.behind_camera > 0) {
+    result.push_back(
+        count_text(record.after.behind_camera, "observation") +
+        " of points beyond infinity: in the coordinates of the file these are behind their "
+        "cameras, which rays tell from in front; anchored points are read back where they were");
+  }
+  return result;
+}
 
 std::vector<std::string> result_warnings(const SolveRecord& record) {
   const Options& options = record.summary.options;

@@ -45,6 +45,14 @@ std::string log_json(const SolveRecord& record);
 /// Whether the solve had a loss.
 bool has_loss(const Options& options);
 
+/// What is known before the solve to spoil it, or what it is to show; of record.before.
+std::vector<std::string> start_warnings(const SolveRecord& record, const Options& effective);
+
+/// What the file of a solution does not tell of it: points of a folder, pixels that are not square,
+/// points beyond infinity.
+std::vector<std::string> file_warnings(const SolveRecord& record, const Problem& problem,
+                                       bool folder);
+
 /// What a solve that ended well may still have got wrong: a loss that levels off and held the start
 /// for outliers.
 std::vector<std::string> result_warnings(const SolveRecord& record);

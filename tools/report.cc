@@ -60,8 +60,8 @@ void add_work(const SolveRecord& record, Table& table) {
 void add_time(const SolveRecord& record, Table& table) {
   const Timing& seconds = record.summary.seconds;
   const double total = record.read_seconds + seconds.total + record.write_seconds;
-  const double rest =
-      seconds.total - seconds.setup - seconds.residual - seconds.jacobian - seconds.linear;
+  const double rest = seconds.total - seconds.setup - seconds.residual - seconds.jacobian -
+                      seconds.linear - seconds.diagnosis;
   const auto add = [&](const char* phase, double value) {
     const double share = total > 0 ? 100 * value / total : 0;
     table.add(std::string("  ") + phase, format("%9.3f s  %5.1f %%", value, share));
@@ -72,6 +72,7 @@ void add_time(const SolveRecord& record, Table& table) {
   add("residual", seconds.residual);
   add("Jacobian", seconds.jacobian);
   add("linear", seconds.linear);
+  if (record.summary.options.diagnose) add("diagnosis", seconds.diagnosis);
   add("other", std::max(0.0, rest));
   add("write", record.write_seconds);
   table.add("peak memory", bytes_text(static_cast<double>(peak_memory())));

@@ -11,11 +11,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <limits>
 #include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 namespace raybundle::io {
@@ -31,6 +33,16 @@ struct Calibration {
 
 double read_number(TextReader& reader, const std::string& what) {
   return reader.number([&] { return "a finite number, " + what; });
+}
+
+// The content of a folder's file; compressed ones are told by bytes that no text has.
+TextReader read_text(const FileContent& content, const fs::path& path) {
+  const std::string_view start = content.text().substr(0, 4);
+  const auto is_binary = [](unsigned char c) { return c >= 0x80 || (c < ' ' && !std::isspace(c)); };
+  if (std::any_of(start.begin(), start.end(), is_binary)) {
+    throw InputError(path.string(), 1, quoted(start), "numbers: files of a folder are plain text");
+  }
+  return {content.text(), path.string()};
 }
 
 void end_line(TextReader& reader, const std::string& after) {
@@ -49,8 +61,8 @@ bool starts_with_one(const fs::path& file, Starts starts) {
                      [&](std::string_view start) { return name.starts_with(start); });
 }
 
-// The only file of the folder whose name starts with one of these.
-fs::path only_file(const fs::path& folder, Starts starts) {
+// The only file of the folder whose name starts with one of these; otherwise `wrong` is told.
+fs::path only_file(const fs::path& folder, Starts starts, std::string& wrong) {
   std::vector<fs::path> found;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     if (starts_with_one(entry.path(), starts)) found.push_back(entry.path());
@@ -60,13 +72,13 @@ fs::path only_file(const fs::path& folder, Starts starts) {
   for (const std::string_view start : starts) {
     names += (names.empty() ? "" : " or ") + std::string(start) + "*";
   }
-  throw InputError(folder.string(), 0, std::to_string(found.size()) + " files " + names,
-                   "one, as ParallaxBA's folders have Cam*, Feature* and cal* or intrinsic*");
+  wrong += (wrong.empty() ? "" : ", ") + std::to_string(found.size()) + " files " + names;
+  return {};
 }
 
 Calibration read_calibration(const fs::path& path) {
   const FileContent content(path);
-  TextReader reader(content.text(), path.string());
+  TextReader reader = read_text(content, path);
   std::array<double, 9> K{};
   for (std::size_t i = 0; i < K.size(); ++i) {
     reader.skip_space();
@@ -105,7 +117,7 @@ void read_cameras(TextReader reader, double f, Problem& problem) {
 
 void read_features(const fs::path& path, const Calibration& K, Problem& problem) {
   const FileContent content(path);
-  TextReader reader(content.text(), path.string());
+  TextReader reader = read_text(content, path);
   const auto cameras = static_cast<std::int32_t>(problem.camera_count());
   constexpr std::int32_t most = std::numeric_limits<std::int32_t>::max();
   std::int32_t point = 0;
@@ -153,8 +165,14 @@ bool holds_parallaxba(const fs::path& folder) {
 }
 
 ParallaxBaFiles parallaxba_files(const fs::path& folder) {
-  return {only_file(folder, calibration_starts), only_file(folder, camera_starts),
-          only_file(folder, feature_starts)};
+  std::string wrong;
+  const ParallaxBaFiles files = {only_file(folder, calibration_starts, wrong),
+                                 only_file(folder, camera_starts, wrong),
+                                 only_file(folder, feature_starts, wrong)};
+  if (wrong.empty()) return files;
+  throw InputError(folder.string(), 0, wrong,
+                   "one of each, as ParallaxBA's folders have Cam*, Feature* and cal* or "
+                   "intrinsic*");
 }
 
 Problem read_parallaxba(const fs::path& folder) {
@@ -163,12 +181,9 @@ Problem read_parallaxba(const fs::path& folder) {
   Problem problem;
   problem.aspect = K.fy / K.fx;
   const FileContent cameras(files.cameras);
-  read_cameras(TextReader(cameras.text(), files.cameras.string()), K.fx, problem);
+  read_cameras(read_text(cameras, files.cameras), K.fx, problem);
   read_features(files.features, K, problem);
-  linalg::ThreadPool pool(1);
-  const Objective objective(problem, {.lens = Lens::fixed}, pool);
-  objective.write(objective.state_from_rays(problem), problem);
-  return problem;
+  return with_points_from_rays(std::move(problem));
 }
 
 Problem parse_parallaxba_cameras(std::string_view text, const std::string& source) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -23,11 +25,12 @@ using Eigen::VectorXd;
 using test::BlockSystem;
 
 // Gauss-Newton steps (no damping) with leaves of rank 2 and leaves and hubs nobody observes.
-class DeficientLeaves : public ::testing::TestWithParam<int> {
+class DeficientLeaves : public ::testing::TestWithParam<std::pair<int, bool>> {
  protected:
   DeficientLeaves()
       : system_({.seed = 31,
-                 .hub_size = GetParam(),
+                 .hub_size = GetParam().first,
+                 .anchored = GetParam().second,
                  .hubs = 3,
                  .leaves = 60,
                  .unobserved_leaves = 2,
@@ -48,6 +51,22 @@ class DeficientLeaves : public ::testing::TestWithParam<int> {
   MatrixXd leaf_block(std::int64_t leaf) const {
     const std::int64_t at = system_.layout.offset(Side::leaves) + 3 * leaf;
     return (system_.dense.transpose() * system_.dense).block(at, at, 3, 3);
+  }
+
+  // What the rows of a leaf see of its step: anchors that move take it with them.
+  VectorXd seen_step(std::int64_t leaf) const {
+    const BlockLayout& layout = system_.layout;
+    VectorXd p = step_.segment(layout.offset(Side::leaves) + 3 * leaf, 3);
+    if (!layout.anchored()) return p;
+    const int size = layout.hub_size;
+    for (auto k = layout.anchorage.begin[index(leaf)]; k < layout.anchorage.begin[index(leaf + 1)];
+         ++k) {
+      const auto hub = layout.hub_side.block[index(layout.anchorage.coupling[index(k)])];
+      const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>> Z(
+          system_.J.anchor_blocks.data() + 3 * size * k, 3, size);
+      p += Z * step_.segment(hub * size, size);
+    }
+    return p;
   }
 
   ThreadPool pool_{2};
@@ -72,7 +91,7 @@ TEST_P(DeficientLeaves, StepHasNoComponentAlongNullDirections) {
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(C);
     ASSERT_LE(eigen.eigenvalues()[0], 1e-14 * eigen.eigenvalues()[2]);
     const VectorXd null = eigen.eigenvectors().col(0);
-    const VectorXd p = step_.segment(system_.layout.offset(Side::leaves) + 3 * leaf, 3);
+    const VectorXd p = seen_step(leaf);
     // Orthogonal in the metric of the block's diagonal, which has no units.
     const VectorXd metric = C.diagonal();
     const double along = null.dot(metric.cwiseProduct(p));
@@ -95,7 +114,13 @@ TEST_P(DeficientLeaves, ImplicitAndExplicitAgree) {
   EXPECT_LE((v - v_).norm(), 1e-11 * system_.gradient().norm());
 }
 
-INSTANTIATE_TEST_SUITE_P(HubSizes, DeficientLeaves, ::testing::Values(9, 6));
+INSTANTIATE_TEST_SUITE_P(HubSizes, DeficientLeaves,
+                         ::testing::Values(std::pair(9, false), std::pair(6, false),
+                                           std::pair(9, true), std::pair(6, true)),
+                         [](const auto& each) {
+                           return "Hub" + std::to_string(each.param.first) +
+                                  (each.param.second ? "Anchored" : "");
+                         });
 
 // A far point as seen in practice: its block is singular but for rounding. With damping the step is
 // the damped solution, however little the block says by itself.

@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
         test::BlockSystemOptions{.seed = 2, .leaves = 60, .hub_column_spread = 2},
         test::BlockSystemOptions{.seed = 3, .hub_size = 6, .anchored = true, .leaves = 60},
         test::BlockSystemOptions{
-            .seed = 4, .row_size = 3, .hub_size = 6, .leaves = 400, .unobserved_leaves = 2},
+            .seed = 4, .row_size = 3, .hub_size = 6, .leaves = 150, .unobserved_leaves = 2},
         test::BlockSystemOptions{.seed = 5, .hubs = 8, .leaves = 60, .unobserved_hubs = 2}),
     [](const auto& each) { return test::name(each.param); });
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -209,9 +210,9 @@ INSTANTIATE_TEST_SUITE_P(All, FormulationOf, ::testing::ValuesIn(formulations())
                          [](const auto& test) { return name_of(test.param); });
 
 // Of a large random step, those points keep their part that are better off with it.
-TEST_P(FormulationOf, PointsWithAWorseStepAreHeld) {
+void expect_worse_points_held(const Formulation& formulation, const RobustLoss& loss) {
   const Problem problem = small_problem({.seed = 5, .cameras = 5, .points = 40});
-  DenseObjective dense(problem, GetParam());
+  DenseObjective dense(problem, formulation, 2, loss);
   std::mt19937_64 random(8);
   VectorXd step(dense.objective().layout().unknowns());
   for (double& x : step) x = 1e-4 * test::uniform(random);
@@ -239,6 +240,22 @@ TEST_P(FormulationOf, PointsWithAWorseStepAreHeld) {
   EXPECT_EQ(held, counted);
   EXPECT_GT(held, 0);
   EXPECT_LT(held, 40);
+}
+
+TEST_P(FormulationOf, PointsWithAWorseStepAreHeld) {
+  expect_worse_points_held(GetParam(), {});
+  expect_worse_points_held(GetParam(), {.kind = Loss::huber, .scale = 0.5});
+}
+
+TEST_P(FormulationOf, PointsThatAStepMakesUnusableAreHeld) {
+  const Problem problem = small_problem({.seed = 5, .cameras = 5, .points = 40});
+  DenseObjective dense(problem, GetParam());
+  VectorXd step = VectorXd::Zero(dense.objective().layout().unknowns());
+  step.tail(3).setConstant(std::numeric_limits<double>::quiet_NaN());
+  step[step.size() - 6] = std::numeric_limits<double>::infinity();
+  State scratch = dense.state();
+  EXPECT_EQ(dense.objective().hold_worse_points(dense.state(), step.data(), scratch), 2);
+  EXPECT_TRUE(step.isZero(0));
 }
 
 // A start of which every third point lies behind the cameras that saw it, as solves leave those

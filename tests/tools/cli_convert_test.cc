@@ -144,20 +144,64 @@ TEST_F(Folders, PointsStartFromTheirRaysUnlessToldOtherwise) {
   EXPECT_EQ(option({bal_, "--point-start", "rays"}, "point-start"), "rays");
 }
 
+TEST_F(Folders, TheirLensStaysUnlessToldOtherwise) {
+  EXPECT_EQ(option({parallaxba_}, "lens"), "fixed");
+  EXPECT_EQ(option({parallaxba_, "--lens", "free"}, "lens"), "free");
+  EXPECT_EQ(option({bal_}, "lens"), "free");
+}
+
+TEST_F(Folders, FiguresOfTheStartAreOfPointsFromRays) {
+  std::fill(street_.points.begin(), street_.points.end(), 100.0);
+  io::write_bal(street_, bal_);
+  for (const char* points : {"xyz", "pmba"}) {
+    const Result result = run({"solve", bal_, "-q", "--points", points, "--point-start", "rays",
+                               "--max-iterations", "1", "--log", path("log")});
+    ASSERT_EQ(result.code, 0) << result.errors;
+    const json log = json::parse(read_text(path("log")));
+    const double expected = log["iterations"][0]["cost"];
+    EXPECT_NEAR(log["summary"]["initial_pixel_cost"].get<double>(), expected, 1e-9 * expected);
+  }
+}
+
+TEST_F(Folders, WhatAFormatDoesNotHoldIsSaid) {
+  EXPECT_TRUE(contains(run({"convert", bal_, path("a/"), "--undistort"}).errors, "has no points"));
+  EXPECT_TRUE(contains(run({"convert", parallaxba_, path("b.txt")}).errors, "square pixels"));
+  EXPECT_FALSE(contains(run({"convert", bal_, path("c.txt")}).errors, "square pixels"));
+  const Words solve = {"solve", parallaxba_, "-q", "-o", path("d.txt"), "--log", path("log")};
+  EXPECT_TRUE(contains(run(solve).errors, "square pixels"));
+  EXPECT_EQ(json::parse(read_text(path("log")))["summary"]["warnings"].size(), 1U);
+}
+
+TEST_F(Folders, MistakesNameTheirFile) {
+  street_.cameras[7] = -0.5;  // folds back at |p| = 0.816, where u = 0.544 f
+  street_.observations[0] = 0.9 * street_.cameras[6];
+  street_.observation_camera[0] = 0;
+  io::write_bal(street_, bal_);
+  expect_refused({"convert", bal_, path("x.txt"), "--undistort"}, 3, bal_ + ": found");
+  expect_refused({"solve", bal_, "--objective", "ray"}, 3, bal_ + ": found");
+  fs::copy(parallaxba_, path("two"));
+  fs::remove(path("two/Cam.txt"));
+  fs::remove(path("two/cal.txt"));
+  expect_refused({"eval", path("two")}, 3, "0 files cal* or intrinsic*, 0 files Cam*");
+  write_text(parallaxba_ + "/Feature.txt", "\x1F\x8B\x08 and so on");
+  expect_refused({"eval", parallaxba_}, 3, "files of a folder are plain text");
+}
+
 TEST_F(Folders, ASolutionMayBeAFolder) {
   const Words solve = {"solve", "-q", parallaxba_, "-o", path("solved/")};
-  expect_refused(solve, 2, "--lens fixed");
+  Words free = solve;
+  free.insert(free.end(), {"--lens", "free"});
+  expect_refused(free, 2, "--lens fixed");
   expect_refused({"solve", "-q", bal_, "-o", path("solved/")}, 2, "raybundle convert");
   expect_refused({"solve", parallaxba_, "-o", parallaxba_ + "/Cam.txt"}, 2, "part of the input");
-  Words fixed = solve;
-  fixed.insert(fixed.end(), {"--lens", "fixed"});
-  const Result result = run(fixed);
+  const Result result = run(solve);
   ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_TRUE(contains(result.errors, "has no points")) << result.errors;
   const Problem solved = io::read_parallaxba(path("solved"));
   const Problem before = io::read_parallaxba(parallaxba_);
   EXPECT_EQ(solved.observations.size(), before.observations.size());
   EXPECT_GT(largest_difference(solved.cameras, before.cameras), 1e-3);
-  expect_refused(fixed, 2, "holds a problem already");
+  expect_refused(solve, 2, "holds a problem already");
 }
 
 TEST_F(Folders, ATruthOfCamerasAlone) {
@@ -193,7 +237,7 @@ TEST_F(Folders, ATruthThatIsNoneIsToldSo) {
     write_text(path("truth.txt"), text);
     expect_refused({"eval", bal_, "--truth", path("truth.txt")}, 3, complaint);
   };
-  refused("0 0 0 0 0 0\n", "found 1 cameras, expected 6");
+  refused("0 0 0 0 0 0\n", "truth.txt: found 1 cameras, expected 6");
   refused("1 2 3 4\n", "found 4 words in the first line, expected the header of a BAL file");
   refused("", "found 0 words");
   refused("0 0 0 0 0 0\n0 0 0 nan 0 0\n", "truth.txt:2");
