@@ -3,8 +3,8 @@
 namespace raybundle::linalg {
 namespace {
 
-template <class T>
-const T* data_or_null(const std::vector<T>& list) {
+template <class List>
+const typename List::value_type* data_or_null(const List& list) {
   return list.empty() ? nullptr : list.data();
 }
 

@@ -2,9 +2,8 @@
 
 #include <raybundle/linalg/block_layout.h>
 #include <raybundle/linalg/kernels/kernel_table.h>
+#include <raybundle/linalg/large_vector.h>
 #include <raybundle/linalg/parallel.h>
-
-#include <vector>
 
 namespace raybundle::linalg {
 
@@ -13,9 +12,9 @@ struct BlockJacobian {
   explicit BlockJacobian(const BlockLayout& block_layout);
 
   const BlockLayout* layout;          ///< outlives this
-  std::vector<double> hub_blocks;     ///< rows x (row_size x hub_size), row-major
-  std::vector<double> leaf_blocks;    ///< rows x (row_size x leaf_size), row-major
-  std::vector<double> anchor_blocks;  ///< Z: anchors x (leaf_size x hub_size), row-major
+  LargeVector<double> hub_blocks;     ///< rows x (row_size x hub_size), row-major
+  LargeVector<double> leaf_blocks;    ///< rows x (row_size x leaf_size), row-major
+  LargeVector<double> anchor_blocks;  ///< Z: anchors x (leaf_size x hub_size), row-major
 
   const double* blocks(Side side) const {
     return side == Side::hubs ? hub_blocks.data() : leaf_blocks.data();

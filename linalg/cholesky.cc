@@ -64,11 +64,14 @@ bool obviously_dense(const SymmetricPattern& pattern) {
          static_cast<double>(pattern.scalar_nonzeros()) > full * 0.5 * square(pattern.order());
 }
 
+double dense_work(const SymmetricPattern& pattern) {
+  return square(pattern.order()) * static_cast<double>(pattern.order()) / 6;
+}
+
 // A sparse factorisation runs at a fraction of the speed of a dense one.
-bool dense_is_faster(const SymmetricPattern& pattern, const Ordering& ordering) {
+double sparse_work(const Ordering& ordering) {
   constexpr double sparse_penalty = 3;
-  return square(pattern.order()) * static_cast<double>(pattern.order()) / 3 <
-         sparse_penalty * ordering.flops;
+  return sparse_penalty * ordering.flops / 2;
 }
 
 void require_dense_memory(const SymmetricPattern& pattern) {
@@ -83,19 +86,28 @@ void require_sparse_memory(const SymmetricPattern& pattern, const Ordering& orde
 
 }  // namespace
 
-std::unique_ptr<Cholesky> Cholesky::make(SymmetricPattern pattern, std::optional<Storage> storage,
-                                         ThreadPool& pool) {
-  bool dense = storage ? *storage == Storage::dense : obviously_dense(pattern);
-  if (!dense) {
-    const Ordering ordering = find_ordering(pattern);
-    dense = !storage && dense_is_faster(pattern, ordering);
-    if (!dense) {
-      require_sparse_memory(pattern, ordering);
-      return std::make_unique<Sparse>(std::move(pattern), ordering);
+CholeskyPlan plan_cholesky(SymmetricPattern pattern,
+                           std::optional<SymmetricBlocks::Storage> storage) {
+  using Storage = SymmetricBlocks::Storage;
+  CholeskyPlan plan = {.pattern = std::move(pattern)};
+  const double dense = dense_work(plan.pattern);
+  if (storage ? *storage == Storage::sparse : !obviously_dense(plan.pattern)) {
+    plan.ordering = find_ordering(plan.pattern);
+    plan.work = sparse_work(plan.ordering);
+    if (storage || plan.work <= dense) {
+      plan.storage = Storage::sparse;
+      require_sparse_memory(plan.pattern, plan.ordering);
+      return plan;
     }
   }
-  require_dense_memory(pattern);
-  return std::make_unique<Dense>(std::move(pattern), pool);
+  plan.work = dense;
+  require_dense_memory(plan.pattern);
+  return plan;
+}
+
+std::unique_ptr<Cholesky> Cholesky::make(CholeskyPlan plan, ThreadPool& pool) {
+  if (plan.storage == Storage::dense) return std::make_unique<Dense>(std::move(plan.pattern), pool);
+  return std::make_unique<Sparse>(std::move(plan.pattern), plan.ordering);
 }
 
 }  // namespace raybundle::linalg

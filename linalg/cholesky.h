@@ -1,13 +1,28 @@
 #pragma once
 
+#include <raybundle/linalg/ordering.h>
 #include <raybundle/linalg/parallel.h>
 #include <raybundle/linalg/symmetric_blocks.h>
 
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace raybundle::linalg {
+
+/// How to factorise a matrix of some sparsity.
+struct CholeskyPlan {
+  SymmetricPattern pattern;
+  SymmetricBlocks::Storage storage = SymmetricBlocks::Storage::dense;
+  Ordering ordering = {};  ///< of sparse storage
+  double work = 0;  ///< predicted multiplications of one factorisation, as fast as dense ones
+};
+
+/// Dense or sparse storage as asked for, else whichever the predicted work favours. Throws
+/// std::bad_alloc when the matrix or its factor cannot be held.
+CholeskyPlan plan_cholesky(SymmetricPattern pattern,
+                           std::optional<SymmetricBlocks::Storage> storage = std::nullopt);
 
 /// Cholesky factorisation of a symmetric block matrix whose sparsity never changes: ordering and
 /// analysis once, factorisation often.
@@ -27,10 +42,8 @@ class Cholesky {
   /// What does the work, for people: "dense, order 441" or "sparse, nested dissection, ...".
   virtual std::string description() const = 0;
 
-  /// Dense or sparse as asked for, else whichever the predicted work favours. `pool` outlives it.
-  /// Throws std::bad_alloc when the matrix or its factor cannot be held.
-  static std::unique_ptr<Cholesky> make(SymmetricPattern pattern, std::optional<Storage> storage,
-                                        ThreadPool& pool);
+  /// `pool` outlives it. Throws std::bad_alloc when the matrix or its factor cannot be held.
+  static std::unique_ptr<Cholesky> make(CholeskyPlan plan, ThreadPool& pool);
 
  protected:
   Cholesky(SymmetricPattern pattern, Storage storage) : matrix_(std::move(pattern), storage) {}

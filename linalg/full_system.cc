@@ -1,5 +1,7 @@
 #include <raybundle/linalg/full_system.h>
 
+#include <raybundle/linalg/vector.h>
+
 #include <Eigen/Core>
 
 #include <algorithm>
@@ -23,7 +25,12 @@ void FullSystem::apply(const double* x, double* y) {
   for (std::int64_t i = 0; i < size(); ++i) y[i] += damping_[i] * x[i];
 }
 
-void FullSystem::expand(const double* x, double* step) { std::copy_n(x, size(), step); }
+double FullSystem::expand(const double* x, double* step) {
+  std::copy_n(x, size(), step);
+  rows_.resize(index(layout_.residuals()));
+  multiply(*at_.J, x, rows_.data(), pool_);
+  return dot(rows_.data(), rows_.data(), layout_.residuals(), pool_);
+}
 
 // The hubs after a that share a leaf with a, one of both being its anchor.
 std::vector<std::int32_t> FullSystem::hub_neighbours(std::int64_t a) const {

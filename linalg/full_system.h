@@ -16,7 +16,7 @@ class FullSystem final : public ReducedSystem {
   void apply(const double* x, double* y) override;
   SymmetricPattern pattern() const override;
   void assemble(SymmetricBlocks& A, double* v) override;
-  void expand(const double* x, double* step) override;
+  double expand(const double* x, double* step) override;
   void diagonal_blocks(Blocks which, DiagonalBlocks& out) override;
 
  private:

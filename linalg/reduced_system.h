@@ -52,8 +52,8 @@ class ReducedSystem {
   /// A and v together.
   virtual void assemble(SymmetricBlocks& A, double* v) = 0;
 
-  /// The full step from x: back-substitution [Qu18, Eq. 3.67, 3.73].
-  virtual void expand(const double* x, double* step) = 0;
+  /// The full step p from x: back-substitution [Qu18, Eq. 3.67, 3.73]. Returns |J p|^2.
+  virtual double expand(const double* x, double* step) = 0;
 
   enum class Blocks { undiminished, reduced };
   /// The diagonal blocks of the damped H on the kept side, or of A.

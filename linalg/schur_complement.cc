@@ -1,14 +1,36 @@
 #include <raybundle/linalg/schur_complement.h>
 
 #include <raybundle/linalg/block_factor.h>
-#include <raybundle/linalg/memory.h>
+#include <raybundle/linalg/reduced_pattern.h>
+#include <raybundle/linalg/vector.h>
 
 #include <algorithm>
 #include <array>
 #include <mutex>
-#include <string>
+#include <numeric>
 
 namespace raybundle::linalg {
+namespace {
+
+// Of one block of a side.
+std::int64_t most_rows(const BlockLayout& layout, Side side) {
+  const Incidence& blocks = layout.incidence(side);
+  std::int64_t most = 0;
+  for (std::int64_t b = 0; b < layout.block_count(side); ++b) {
+    std::int64_t rows = blocks.begin[index(b + 1)] - blocks.begin[index(b)];
+    if (!layout.coupling_rows.empty()) {
+      rows = 0;
+      for (std::int64_t p = blocks.begin[index(b)]; p < blocks.begin[index(b + 1)]; ++p) {
+        const std::int64_t c = blocks.list.empty() ? p : blocks.list[index(p)];
+        rows += layout.coupling_rows[index(c + 1)] - layout.coupling_rows[index(c)];
+      }
+    }
+    most = std::max(most, rows);
+  }
+  return most;
+}
+
+}  // namespace
 
 SchurComplement::SchurComplement(const BlockLayout& layout, Side eliminated, ThreadPool& pool)
     : layout_(layout),
@@ -19,9 +41,11 @@ SchurComplement::SchurComplement(const BlockLayout& layout, Side eliminated, Thr
       M_(index(layout.size(eliminated) * layout.block_size(eliminated))),
       U_(index(layout.residuals() * layout.block_size(eliminated))),
       y_(index(layout.size(eliminated))) {
-  if (!layout.anchored()) return;
-  W_.resize(index(layout.couplings * layout.hub_size * layout.leaf_size));
-  leaves_.resize(index(layout.size(Side::leaves)));
+  most_residuals_ = layout.row_size * most_rows(layout, eliminated);
+  scratch_.resize(index(max_chunks * most_residuals_));
+  if (layout.anchored()) {
+    W_.resize(index(layout.couplings * layout.hub_size * layout.leaf_size));
+  }
 }
 
 EliminationView SchurComplement::view() {
@@ -95,92 +119,62 @@ void SchurComplement::gradient(double* v) {
 }
 
 void SchurComplement::apply(const double* x, double* y) {
+  if (kept_ == Side::hubs) {
+    apply_to_hubs(x, y);
+  } else {
+    apply_to_leaves(x, y);
+  }
+}
+
+// One pass over the Jacobian: each piece of the leaves sums its part of all hubs, and the parts are
+// added in their order.
+void SchurComplement::apply_to_hubs(const double* x, double* y) {
+  constexpr std::int64_t grain = 128;
+  constexpr std::int64_t few = 8;
+  constexpr std::int64_t rows_per_part = 16;  // of each hub, to be worth the sums
+  const std::int64_t parts =
+      std::clamp(layout_.rows / (rows_per_part * layout_.hubs + 1), few, max_chunks);
+  const Chunks pieces = chunks(layout_.leaves, grain, parts);
+  parts_.resize(index(pieces.pieces * size()));
+  pool_.run(pieces.pieces, [&](std::int64_t piece) {
+    double* part = parts_.data() + piece * size();
+    std::fill_n(part, size(), 0.0);
+    kernels_.multiply(view(), x, pieces.begin(piece), pieces.end(piece), scratch(piece), part);
+  });
+  const double* d = damping(kept_);
+  parallel_for(pool_, size(), 1024, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) y[i] = d[i] * x[i];
+    for (std::int64_t k = 0; k < pieces.pieces; ++k) {
+      const double* part = parts_.data() + k * size();
+      for (std::int64_t i = first; i < last; ++i) y[i] += part[i];
+    }
+  });
+}
+
+void SchurComplement::apply_to_leaves(const double* x, double* y) {
   rows_.resize(index(layout_.residuals()));
   for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
-    kernels_.project(view(), x, first, last, rows_.data(), leaves_.data());
+    kernels_.project(view(), x, first, last, rows_.data());
   });
-  if (kept_ == Side::hubs) {
-    transpose_multiply_hubs(*at_.J, rows_.data(), leaves_.data(), y, pool_);
-  } else {
-    transpose_multiply_leaves(*at_.J, rows_.data(), y, pool_);
-  }
+  transpose_multiply_leaves(*at_.J, rows_.data(), y, pool_);
   const double* d = damping(kept_);
-  for (std::int64_t i = 0; i < size(); ++i) y[i] += d[i] * x[i];
+  for_entries(size(), pool_, [&](std::size_t i) { y[i] += d[i] * x[i]; });
 }
 
-void SchurComplement::expand(const double* x, double* step) {
+double SchurComplement::expand(const double* x, double* step) {
   std::copy_n(x, size(), step + offset());
   double* x_eliminated = step + layout_.offset(eliminated_);
-  for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
-    kernels_.back_substitute(view(), x, first, last, x_eliminated);
+  const Chunks pieces =
+      chunks(layout_.block_count(eliminated_), eliminated_ == Side::hubs ? 1 : 128);
+  std::array<double, max_chunks> squares = {};
+  pool_.run(pieces.pieces, [&](std::int64_t piece) {
+    squares[index(piece)] = kernels_.back_substitute(
+        view(), x, pieces.begin(piece), pieces.end(piece), scratch(piece), x_eliminated);
   });
+  return std::accumulate(squares.begin(), squares.end(), 0.0);
 }
 
-// Calls visit(b) once for every kept b > a that shares an eliminated block with a; seen[b] is a
-// mark that must be different from a before.
-template <class Visit>
-void SchurComplement::for_neighbours(std::int64_t a, std::vector<std::int64_t>& seen,
-                                     Visit&& visit) const {
-  const Incidence& kept = layout_.incidence(kept_);
-  const Incidence& eliminated = layout_.incidence(eliminated_);
-  seen[index(a)] = a;
-  for (std::int64_t p = kept.begin[index(a)]; p < kept.begin[index(a + 1)]; ++p) {
-    const std::int64_t c = kept.list.empty() ? p : kept.list[index(p)];
-    const std::int64_t start = eliminated.position.empty() ? c : eliminated.position[index(c)];
-    const std::int64_t end = eliminated.begin[index(eliminated.block[index(c)]) + 1];
-    for (std::int64_t q = start; q < end; ++q) {
-      const std::int64_t other = eliminated.list.empty() ? q : eliminated.list[index(q)];
-      const std::int32_t b = kept.block[index(other)];
-      if (seen[index(b)] == a) continue;
-      seen[index(b)] = a;
-      visit(b);
-    }
-  }
-}
-
-// A reduced matrix can have the square of the kept blocks. Where it may be large its blocks are
-// counted before any is stored: what cannot be held is refused here and not half-way.
-void SchurComplement::require_pattern_memory() const {
-  const Incidence& eliminated = layout_.incidence(eliminated_);
-  const std::int64_t count = layout_.block_count(kept_);
-  double blocks = 0;
-  for (std::int64_t e = 0; e < layout_.block_count(eliminated_); ++e) {
-    const auto degree =
-        static_cast<double>(eliminated.begin[index(e + 1)] - eliminated.begin[index(e)]);
-    blocks += degree * (degree + 1) / 2;
-  }
-  constexpr double few = 1e7;
-  if (blocks > few) {
-    blocks = static_cast<double>(count);
-    std::vector<std::int64_t> seen(index(count), -1);
-    for (std::int64_t a = 0; a < count; ++a) {
-      for_neighbours(a, seen, [&](std::int32_t) { ++blocks; });
-    }
-  }
-  // The least that any factorisation takes: a full matrix in dense storage, with its workspace, has
-  // 24 bytes per entry of the triangle (dense_cholesky.h); sparse storage has more.
-  const double entries = static_cast<double>(layout_.block_size(kept_)) * layout_.block_size(kept_);
-  require_memory(blocks * (24 * entries + 12),
-                 "the reduced matrix of " + std::to_string(count) + " blocks");
-}
-
-SymmetricPattern SchurComplement::pattern() const {
-  require_pattern_memory();
-  SymmetricPattern pattern;
-  const std::int64_t count = layout_.block_count(kept_);
-  for (std::int64_t a = 0; a <= count; ++a) {
-    pattern.offset.push_back(a * layout_.block_size(kept_));
-  }
-  std::vector<std::int64_t> seen(index(count), -1);
-  pattern.row_begin.push_back(0);
-  for (std::int64_t a = 0; a < count; ++a) {
-    pattern.column.push_back(static_cast<std::int32_t>(a));
-    for_neighbours(a, seen, [&](std::int32_t b) { pattern.column.push_back(b); });
-    std::sort(pattern.column.begin() + pattern.row_begin.back(), pattern.column.end());
-    pattern.row_begin.push_back(static_cast<std::int64_t>(pattern.column.size()));
-  }
-  return pattern;
-}
+SymmetricPattern SchurComplement::pattern() const { return reduced_pattern(layout_, eliminated_); }
 
 // What block row a has by its own rows, H_aa + D_a, and v_a = g_a.
 void SchurComplement::start_row(SymmetricBlocks& A, std::int64_t a, double* v) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <raybundle/linalg/large_vector.h>
 #include <raybundle/linalg/reduced_system.h>
 
 namespace raybundle::linalg {
@@ -23,7 +24,7 @@ class SchurComplement final : public ReducedSystem {
   void apply(const double* x, double* y) override;
   SymmetricPattern pattern() const override;
   void assemble(SymmetricBlocks& A, double* v) override;
-  void expand(const double* x, double* step) override;
+  double expand(const double* x, double* step) override;
   void diagonal_blocks(Blocks which, DiagonalBlocks& out) override;
 
   /// Eliminated blocks that Cholesky refused in the last prepare().
@@ -35,9 +36,9 @@ class SchurComplement final : public ReducedSystem {
   void factor();
   void factor_deficient(const std::vector<std::int64_t>& blocks);
   void transform();
-  template <class Visit>
-  void for_neighbours(std::int64_t a, std::vector<std::int64_t>& seen, Visit&& visit) const;
-  void require_pattern_memory() const;
+  void apply_to_hubs(const double* x, double* y);
+  void apply_to_leaves(const double* x, double* y);
+  double* scratch(std::int64_t piece) { return scratch_.data() + piece * most_residuals_; }
   void start_row(SymmetricBlocks& A, std::int64_t a, double* v) const;
   const double* damping(Side side) const { return damping_ + layout_.offset(side); }
 
@@ -48,13 +49,15 @@ class SchurComplement final : public ReducedSystem {
   const EliminationKernels& kernels_;
   Linearization at_ = {};
   const double* damping_ = nullptr;
-  std::vector<double> M_;           // block by block
-  std::vector<double> U_;           // row by row
-  std::vector<double> y_;           // block by block
-  std::vector<double> W_;           // coupling by coupling; of anchored leaves
-  std::vector<double> leaves_;      // scratch of apply(), leaf by leaf; likewise
-  std::vector<double> rows_;        // scratch of apply(), one number per residual
-  std::vector<std::int32_t> slot_;  // per piece of work: kept block -> slot in a block row
+  LargeVector<double> M_;            // block by block
+  LargeVector<double> U_;            // row by row
+  std::vector<double> y_;            // block by block
+  LargeVector<double> W_;            // coupling by coupling; of anchored leaves
+  LargeVector<double> rows_;         // scratch of apply_to_leaves(), one number per residual
+  LargeVector<double> parts_;        // of the sums of apply_to_hubs(), piece by piece
+  std::int64_t most_residuals_ = 0;  // of an eliminated block
+  LargeVector<double> scratch_;      // for the residuals of one, by piece of work
+  std::vector<std::int32_t> slot_;   // per piece of work: kept block -> slot in a block row
   std::int64_t deficient_blocks_ = 0;
 };
 

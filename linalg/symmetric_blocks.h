@@ -1,6 +1,7 @@
 #pragma once
 
 #include <raybundle/linalg/block_layout.h>
+#include <raybundle/linalg/large_vector.h>
 
 #include <vector>
 
@@ -48,7 +49,7 @@ class SymmetricBlocks {
   Storage storage_;
   std::vector<std::int64_t> row_value_;
   std::vector<std::int64_t> shift_;  // sparse: of each block within its scalar row
-  std::vector<double> values_;
+  LargeVector<double> values_;
 };
 
 }  // namespace raybundle::linalg

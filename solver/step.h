@@ -1,5 +1,6 @@
 #pragma once
 
+#include <raybundle/linalg/cholesky.h>
 #include <raybundle/linalg/reduced_system.h>
 #include <raybundle/solver/forcing.h>
 #include <raybundle/solver/options.h>
@@ -32,6 +33,7 @@ struct StepReport {
   bool block_on_boundary = false;  ///< the block radius mattered
   double block_length = 0;         ///< what it may be after this step; 0 where there is none
   Elimination eliminated = Elimination::points;
+  std::optional<double> curvature = {};  ///< |J p|^2, where the solve found it on its way
   int linear_solves = 1;
   /// A multiple of diag(H) that was added where the normal equations could not be factorised.
   double regularisation = 0;
@@ -60,6 +62,13 @@ std::unique_ptr<StepSolver> make_step_solver(const Options& options,
 std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
                                                const linalg::BlockLayout& layout,
                                                linalg::ThreadPool& pool);
+/// The same where the plan is made already.
+std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
+                                               const linalg::BlockLayout& layout,
+                                               linalg::ThreadPool& pool, linalg::CholeskyPlan plan);
+std::unique_ptr<StepSolver> make_automatic_step(const Options& options,
+                                                const linalg::BlockLayout& layout,
+                                                linalg::ThreadPool& pool);
 std::unique_ptr<StepSolver> make_dogleg_step(const Options& options,
                                              const linalg::BlockLayout& layout,
                                              linalg::ThreadPool& pool);

@@ -1,6 +1,8 @@
 #include <raybundle/linalg/cholesky.h>
 #include <raybundle/solver/step.h>
 
+#include <utility>
+
 namespace raybundle {
 namespace {
 
@@ -15,10 +17,11 @@ std::optional<linalg::Cholesky::Storage> storage(std::optional<Linear> linear) {
 // The step of [Qu18, Eq. 3.55] by factorising the (reduced) matrix.
 class CholeskyStep final : public StepSolver {
  public:
-  CholeskyStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool)
+  CholeskyStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool,
+               linalg::CholeskyPlan plan)
       : elimination_(*options.elimination),
         system_(make_reduced_system(layout, eliminated_side(*options.elimination), pool)),
-        cholesky_(linalg::Cholesky::make(system_->pattern(), storage(options.linear), pool)),
+        cholesky_(linalg::Cholesky::make(std::move(plan), pool)),
         x_(index(system_->size())) {}
 
   StepReport solve(const StepRequest& request, double* step) override {
@@ -27,8 +30,8 @@ class CholeskyStep final : public StepSolver {
     for (double& x : x_) x = -x;
     if (!cholesky_->factor()) return {.eliminated = elimination_};
     cholesky_->solve(x_.data());
-    system_->expand(x_.data(), step);
-    return {.solved = true, .eliminated = elimination_};
+    const double curvature = system_->expand(x_.data(), step);
+    return {.solved = true, .eliminated = elimination_, .curvature = curvature};
   }
 
   Linear linear() const override {
@@ -49,7 +52,16 @@ class CholeskyStep final : public StepSolver {
 std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
                                                const linalg::BlockLayout& layout,
                                                linalg::ThreadPool& pool) {
-  return std::make_unique<CholeskyStep>(options, layout, pool);
+  const auto system = make_reduced_system(layout, eliminated_side(*options.elimination), pool);
+  return make_cholesky_step(options, layout, pool,
+                            linalg::plan_cholesky(system->pattern(), storage(options.linear)));
+}
+
+std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
+                                               const linalg::BlockLayout& layout,
+                                               linalg::ThreadPool& pool,
+                                               linalg::CholeskyPlan plan) {
+  return std::make_unique<CholeskyStep>(options, layout, pool, std::move(plan));
 }
 
 }  // namespace raybundle

@@ -56,7 +56,7 @@ class PcgStep final : public StepSolver {
     // A breakdown after some progress still gives a step; one at the start gives none.
     report.solved = result.end != linalg::Pcg::End::breakdown || result.iterations > 0;
     scale(x_.data());
-    system_->expand(x_.data(), step);
+    report.curvature = system_->expand(x_.data(), step);
     block_region_.measure(request, step, report);
     return report;
   }

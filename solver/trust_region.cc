@@ -187,6 +187,7 @@ void TrustRegion::propose() {
     whole_step_ = step_;
     record_.points_held = objective_.hold_worse_points(state_, step_.data(), candidate_);
   }
+  if (record_.points_held > 0) report_.curvature.reset();
   predict_decrease();
   if (record_.points_held == 0 || record_.predicted_decrease > 0) return;
   step_.swap(whole_step_);
@@ -194,15 +195,20 @@ void TrustRegion::propose() {
   predict_decrease();
 }
 
+// |J p|^2
+double TrustRegion::curvature_along_step() {
+  linalg::multiply(J_, step_.data(), J_step_.data(), pool_);
+  const auto residuals = static_cast<std::int64_t>(J_step_.size());
+  return linalg::dot(J_step_.data(), J_step_.data(), residuals, pool_);
+}
+
 // m(0) - m(p) = -g^T p - 1/2 |J p|^2 - 1/2 mu p^T D p, equal to [Qu18, Eq. 3.102] for every step
 // whose eliminated part was back-substituted.
 void TrustRegion::predict_decrease() {
   const PhaseTimer timer(summary_.seconds.linear);
   const auto unknowns = static_cast<std::int64_t>(step_.size());
-  linalg::multiply(J_, step_.data(), J_step_.data(), pool_);
   const double slope = linalg::dot(normal_.gradient.data(), step_.data(), unknowns, pool_);
-  const double curvature =
-      linalg::dot(J_step_.data(), J_step_.data(), static_cast<std::int64_t>(J_step_.size()), pool_);
+  const double curvature = report_.curvature ? *report_.curvature : curvature_along_step();
   const double damped = linalg::parallel_sum(
       pool_, unknowns, vector_grain, [&](std::int64_t first, std::int64_t last) {
         double sum = 0;

@@ -35,6 +35,7 @@ class TrustRegion {
   void compute_step();
   void propose();
   void predict_decrease();
+  double curvature_along_step();
   void evaluate_candidate();
   void judge();
   void linearize();
@@ -61,7 +62,7 @@ class TrustRegion {
 
   State state_;      // the best so far
   State candidate_;  // swapped with state_ when accepted
-  std::vector<double> residual_;
+  linalg::LargeVector<double> residual_;
   linalg::BlockJacobian J_;
   linalg::NormalEquations normal_;
   std::vector<double> damping_matrix_;    // D
@@ -69,7 +70,7 @@ class TrustRegion {
   std::vector<double> inverse_scaling_;   // D^-1 of the scaled unknowns; empty: the identity
   std::vector<double> step_;
   std::vector<double> whole_step_;  // before points were held
-  std::vector<double> J_step_;
+  linalg::LargeVector<double> J_step_;
 
   std::optional<Diagnoser> diagnoser_;       // on request
   std::optional<Damping> damping_;           // what the method has of these

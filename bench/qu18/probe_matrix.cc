@@ -51,7 +51,10 @@ double bytes(const Eigen::MatrixXd& M) { return 8.0 * static_cast<double>(M.size
 double bytes(const Sparse& M) {
   return 12.0 * static_cast<double>(M.nonZeros()) + 4.0 * static_cast<double>(M.outerSize() + 1);
 }
-double bytes(const std::vector<double>& values) { return 8.0 * static_cast<double>(values.size()); }
+template <class Allocator>
+double bytes(const std::vector<double, Allocator>& values) {
+  return 8.0 * static_cast<double>(values.size());
+}
 double bytes(const linalg::Incidence& side) {
   return 8.0 * static_cast<double>(side.begin.size() + side.list.size() + side.position.size()) +
          4.0 * static_cast<double>(side.block.size());

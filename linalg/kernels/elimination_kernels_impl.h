@@ -189,6 +189,7 @@ struct Eliminate {
       clear<E>(view.y + e * E);
       add_transpose_product<E, E>(M, g_eliminated + e * E, view.y + e * E);
       for_rows(view.eliminated, e, [&](Index row, Index) {
+        prefetch_ahead<R * E>(view.J_eliminated + row * R * E);
         for (Index k = row * R; k < (row + 1) * R; ++k) {
           clear<E>(view.U + k * E);
           add_transpose_product<E, E>(M, view.J_eliminated + k * E, view.U + k * E);
@@ -217,6 +218,8 @@ struct Eliminate {
                                             Index e, Row<E> t, Store&& store) {
     for_rows(view.eliminated, e, [&](Index row, Index c) {
       double u[R] = {};
+      prefetch_ahead<R * K>(view.J_kept + row * R * K);
+      prefetch_ahead<R * E>(view.U + row * R * E);
       add_product<R, K>(view.J_kept + row * R * K, x_kept + Index{view.kept.block[c]} * K, u);
       for (int k = 0; k < R; ++k) t.add(u[k], Row<E>::load(view.U + (row * R + k) * E));
       store(row, u);
@@ -232,32 +235,70 @@ struct Eliminate {
     }
   }
 
+  // Puts the parts of u = J_k x side by side, for a second walk over the rows of the same block.
+  struct Aside {
+    double* to;
+    [[gnu::always_inline]] void operator()(Index /*row*/, const double* of_row) {
+      for (int k = 0; k < R; ++k) *to++ = of_row[k];
+    }
+  };
+
   static void project(const EliminationView& view, const double* x_kept, Index first, Index last,
-                      double* u, double* w) {
+                      double* u) {
     for (Index e = first; e < last; ++e) {
-      double t[E], z[E] = {};
+      double t[E];
       felt(view, x_kept, e, Row<E>{}, [&](Index row, const double* of_row) {
         for (int k = 0; k < R; ++k) u[row * R + k] = of_row[k];
       }).store(t);
-      if constexpr (anchored) {
-        add_anchored<K, E>(view.anchors, e, view.kept.block, x_kept, z);
-        hold(view, e, z, t);
-        for (int i = 0; i < E; ++i) {  // D (z + M t)
-          z[i] += Row<E>::dot(view.M + (e * E + i) * E, t);
-          w[e * E + i] = view.D[e * E + i] * z[i];
-        }
-      }
       for_rows(view.eliminated, e, [&](Index row, Index) {
         for (Index k = row * R; k < (row + 1) * R; ++k) u[k] -= Row<E>::dot(view.U + k * E, t);
       });
     }
   }
 
-  static void back_substitute(const EliminationView& view, const double* x_kept, Index first,
-                              Index last, double* x_eliminated) {
+  static void multiply(const EliminationView& view, const double* x_kept, Index first, Index last,
+                       double* u, double* y) {
     for (Index e = first; e < last; ++e) {
       double t[E], z[E] = {};
-      felt(view, x_kept, e, Row<E>::load(view.y + e * E), [](Index, const double*) {}).store(t);
+      felt(view, x_kept, e, Row<E>{}, Aside{u}).store(t);
+      if constexpr (anchored) {
+        add_anchored<K, E>(view.anchors, e, view.kept.block, x_kept, z);
+        hold(view, e, z, t);
+      }
+      const double* of_row = u;
+      for_rows(view.eliminated, e, [&](Index row, Index c) {
+        double* y_kept = y + Index{view.kept.block[c]} * K;
+        auto sum = Row<K>::load(y_kept);
+        for (Index k = row * R; k < (row + 1) * R; ++k) {
+          sum.add(*of_row++ - Row<E>::dot(view.U + k * E, t), Row<K>::load(view.J_kept + k * K));
+        }
+        sum.store(y_kept);
+      });
+      if constexpr (anchored) add_held(view, e, t, z, y);
+    }
+  }
+
+  // y += Z^T D (z + M t).
+  [[gnu::always_inline]] static void add_held(const EliminationView& view, Index e, const double* t,
+                                              const double* z, double* y) {
+    double w[E];
+    for (int i = 0; i < E; ++i) {
+      w[i] = view.D[e * E + i] * (z[i] + Row<E>::dot(view.M + (e * E + i) * E, t));
+    }
+    for (Index k = view.anchors.begin[e]; k < view.anchors.begin[e + 1]; ++k) {
+      double* y_kept = y + Index{view.kept.block[view.anchors.coupling[k]]} * K;
+      auto sum = Row<K>::load(y_kept);
+      add_anchor_transposed<K, E>(view.anchors, k, w, sum);
+      sum.store(y_kept);
+    }
+  }
+
+  static double back_substitute(const EliminationView& view, const double* x_kept, Index first,
+                                Index last, double* u, double* x_eliminated) {
+    double squares = 0;
+    for (Index e = first; e < last; ++e) {
+      double t[E], z[E] = {};
+      felt(view, x_kept, e, Row<E>::load(view.y + e * E), Aside{u}).store(t);
       if constexpr (anchored) {
         add_anchored<K, E>(view.anchors, e, view.kept.block, x_kept, z);
         hold(view, e, z, t);
@@ -265,7 +306,15 @@ struct Eliminate {
       for (int i = 0; i < E; ++i) {
         x_eliminated[e * E + i] = -Row<E>::dot(view.M + (e * E + i) * E, t) - z[i];
       }
+      const double* of_row = u;  // J_e x_e = -U t, of anchored leaves what their rows feel
+      for_rows(view.eliminated, e, [&](Index row, Index) {
+        for (Index k = row * R; k < (row + 1) * R; ++k) {
+          const double moved = *of_row++ - Row<E>::dot(view.U + k * E, t);
+          squares += moved * moved;
+        }
+      });
     }
+    return squares;
   }
 
   static void subtract_products(const EliminationView& view, Index a, const BlockRowView& block_row,
@@ -312,9 +361,15 @@ struct Eliminate {
 template <int R, int K, int E, bool anchored>
 constexpr EliminationKernels make_elimination_kernels() {
   using Kernels = Eliminate<R, K, E, anchored>;
-  return {&Kernels::factor,          &Kernels::transform,       &Kernels::reduce_gradient,
-          &Kernels::project,         &Kernels::back_substitute, &Kernels::subtract_products,
-          &Kernels::diagonal_blocks, &Kernels::coupling_block};
+  return {&Kernels::factor,
+          &Kernels::transform,
+          &Kernels::reduce_gradient,
+          &Kernels::project,
+          &Kernels::multiply,
+          &Kernels::back_substitute,
+          &Kernels::subtract_products,
+          &Kernels::diagonal_blocks,
+          &Kernels::coupling_block};
 }
 
 }  // namespace

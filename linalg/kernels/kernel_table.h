@@ -114,14 +114,17 @@ struct EliminationKernels {
   /// v_a -= J_a^T U y, or W y, for kept a in [first, last).
   void (*reduce_gradient)(const EliminationView& view, std::int64_t first, std::int64_t last,
                           double* v);
-  /// u and w of eliminated [first, last), such that A x = J_k^T u + Z^T w + D_k x; w is not written
-  /// without anchors.
+  /// u = P J_k x of the rows of eliminated [first, last); not for anchored leaves.
   void (*project)(const EliminationView& view, const double* x_kept, std::int64_t first,
-                  std::int64_t last, double* u, double* w);
+                  std::int64_t last, double* u);
+  /// y += (A - D_k) x as far as it is by the rows of eliminated [first, last), all kept blocks. `u`
+  /// is scratch for the residuals of one of them.
+  void (*multiply)(const EliminationView& view, const double* x_kept, std::int64_t first,
+                   std::int64_t last, double* u, double* y);
   /// x_e = -M (y + U^T J_k x_k), and with anchors -M (y + W^T x_k) - Z x_k, for eliminated [first,
-  /// last).
-  void (*back_substitute)(const EliminationView& view, const double* x_kept, std::int64_t first,
-                          std::int64_t last, double* x_eliminated);
+  /// last); returns |J x|^2 of their rows. `u` as above.
+  double (*back_substitute)(const EliminationView& view, const double* x_kept, std::int64_t first,
+                            std::int64_t last, double* u, double* x_eliminated);
   /// A_ab -= J_a^T U U^T J_b (or W_a W_b^T - Z_a^T D Z_b) for all b >= a, into the block row of
   /// kept a, and v_a as reduce_gradient does.
   void (*subtract_products)(const EliminationView& view, std::int64_t a, const BlockRowView& row,

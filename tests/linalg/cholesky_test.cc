@@ -129,7 +129,8 @@ class CholeskyOf : public ::testing::TestWithParam<std::tuple<Case, Storage>> {
  protected:
   const SymmetricPattern& pattern() const { return std::get<0>(GetParam()).pattern; }
   ThreadPool pool_{2};
-  std::unique_ptr<Cholesky> cholesky_ = Cholesky::make(pattern(), std::get<1>(GetParam()), pool_);
+  std::unique_ptr<Cholesky> cholesky_ =
+      Cholesky::make(plan_cholesky(pattern(), std::get<1>(GetParam())), pool_);
 };
 
 TEST_P(CholeskyOf, SolvesAgainAndAgain) {
@@ -218,7 +219,7 @@ TEST(Cholesky, RefusesSingularMatricesInBothStorages) {
     B.col(119) = B.col(3) - 0.5 * B.col(60);
     ThreadPool pool(1);
     for (const Storage storage : {Storage::dense, Storage::sparse}) {
-      const auto cholesky = Cholesky::make(pattern, storage, pool);
+      const auto cholesky = Cholesky::make(plan_cholesky(pattern, storage), pool);
       test::write_dense(B.transpose() * B, cholesky->matrix());
       if (!cholesky->factor()) ++refused[storage == Storage::dense ? 0 : 1];
     }
@@ -230,7 +231,7 @@ TEST(Cholesky, RefusesSingularMatricesInBothStorages) {
 TEST(Cholesky, ChoosesTheStorage) {
   ThreadPool pool(1);
   const auto storage = [&](const SymmetricPattern& pattern) {
-    const auto cholesky = Cholesky::make(pattern, std::nullopt, pool);
+    const auto cholesky = Cholesky::make(plan_cholesky(pattern), pool);
     return cholesky->matrix().storage();
   };
   EXPECT_EQ(storage(pattern_of(std::vector<int>(20, 9), chain(20, 1))), Storage::dense)
@@ -245,7 +246,7 @@ TEST(Cholesky, DescriptionsNameTheWay) {
   ThreadPool pool(1);
   const SymmetricPattern pattern = pattern_of(std::vector<int>(10, 9), chain(10, 1));
   const auto describe = [&](Storage storage) {
-    return Cholesky::make(pattern, storage, pool)->description();
+    return Cholesky::make(plan_cholesky(pattern, storage), pool)->description();
   };
   EXPECT_NE(describe(Storage::dense).find("dense Cholesky of order 90"), std::string::npos);
   EXPECT_NE(describe(Storage::sparse).find("sparse Cholesky of order 90"), std::string::npos);

@@ -157,7 +157,8 @@ TEST_P(ReducedSystems, ExpandIsOptimalForAnyX) {
   std::mt19937_64 random(6);
   const VectorXd x = VectorXd::NullaryExpr(reduced_->size(), [&] { return test::uniform(random); });
   VectorXd step(system_.layout.unknowns());
-  reduced_->expand(x.data(), step.data());
+  const double squares = reduced_->expand(x.data(), step.data());
+  EXPECT_NEAR(squares, (system_.dense * step).squaredNorm(), 1e-10 * squares);
   EXPECT_TRUE(step.segment(reduced_->offset(), reduced_->size()) == x);
   const VectorXd model_gradient = system_.H() * step + system_.gradient();
   const VectorXd rest = model_gradient.segment(system_.layout.offset(*eliminated_),
@@ -209,9 +210,9 @@ TEST_P(ReducedSystems, SameBitsForAnyNumberOfThreads) {
     VectorXd v(reduced->size()), y(reduced->size()), step(system_.layout.unknowns());
     reduced->assemble(A, v.data());
     reduced->apply(v.data(), y.data());
-    reduced->expand(y.data(), step.data());
-    VectorXd all(numbers + y.size() + step.size());
-    all << Eigen::Map<VectorXd>(A.values(), numbers), y, step;
+    const double squares = reduced->expand(y.data(), step.data());
+    VectorXd all(numbers + y.size() + step.size() + 1);
+    all << Eigen::Map<VectorXd>(A.values(), numbers), y, step, squares;
     results.push_back(all);
   }
   EXPECT_TRUE(results[0] == results[1]);

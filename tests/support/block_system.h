@@ -52,7 +52,7 @@ class BlockSystem {
         normal(layout),
         r(Eigen::VectorXd::Zero(layout.residuals())) {
     std::mt19937_64 random(options.seed + 1000);
-    const auto fill = [&](std::vector<double>& blocks, int size, double spread) {
+    const auto fill = [&](auto& blocks, int size, double spread) {
       Eigen::VectorXd scale(size);
       for (double& s : scale) s = std::pow(10.0, spread * uniform(random));
       for (std::size_t i = 0; i < blocks.size(); ++i) {
@@ -77,7 +77,7 @@ class BlockSystem {
   /// Writes the block values into the dense matrix; needed after changing them by hand.
   void update_dense() {
     dense = Eigen::MatrixXd::Zero(layout.residuals(), layout.unknowns());
-    const auto block = [](const std::vector<double>& blocks, Eigen::Index at, Eigen::Index rows,
+    const auto block = [](const auto& blocks, Eigen::Index at, Eigen::Index rows,
                           Eigen::Index columns) {
       return Eigen::Map<const RowMajor>(blocks.data() + at * rows * columns, rows, columns);
     };

@@ -58,7 +58,7 @@ class DenseObjective {
     using linalg::index;
     const linalg::BlockLayout& layout = objective_.layout();
     Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(layout.residuals(), layout.unknowns());
-    const auto place = [&](const std::vector<double>& blocks, std::int64_t block, std::int64_t row,
+    const auto place = [&](const auto& blocks, std::int64_t block, std::int64_t row,
                            std::int64_t column, int size) {
       for (int i = 0; i < layout.row_size; ++i) {
         for (int k = 0; k < size; ++k) {
