@@ -8,6 +8,12 @@ namespace raybundle {
 namespace {
 
 constexpr std::array table = {
+    MethodTraits{.method = Method::automatic,
+                 .name = "auto",
+                 .help = "damped steps by factorisation or conjugate gradients, the lesser work",
+                 .inner = InnerSolve::automatic,
+                 .preconditioner = Preconditioner::block_diag_s,
+                 .damping_matrix = DiagonalMatrix::diag_h},
     // [Qu18, 3.2] "LMA-CD"
     MethodTraits{.method = Method::lm_cholesky,
                  .name = "lm-cholesky",

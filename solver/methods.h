@@ -6,7 +6,7 @@
 namespace raybundle {
 
 /// How a method solves the linear system of a step.
-enum class InnerSolve { cholesky, dogleg, pcg };
+enum class InnerSolve { automatic, cholesky, dogleg, pcg };
 
 /// A method is a row of choices over independent axes; nothing but this table knows its name.
 struct MethodTraits {
@@ -33,5 +33,9 @@ struct MethodTraits {
 };
 
 const MethodTraits& traits(Method method);
+
+constexpr bool has_inner_iterations(const MethodTraits& method) {
+  return method.inner == InnerSolve::pcg || method.inner == InnerSolve::automatic;
+}
 
 }  // namespace raybundle

@@ -139,7 +139,7 @@ Enum parse_enum(const std::string& option, const std::string& text);
 template <class Enum>
 constexpr int enum_count = 0;
 template <>
-inline constexpr int enum_count<Method> = 7;
+inline constexpr int enum_count<Method> = 8;
 template <>
 inline constexpr int enum_count<Elimination> = 3;
 template <>

@@ -208,7 +208,7 @@ void fill_inner(const MethodTraits& method, Options& o) {
   const bool nothing = o.elimination == Elimination::none;
   o.preconditioner =
       o.preconditioner.value_or(nothing && schur ? Preconditioner::b : method.preconditioner);
-  o.linear = Linear::implicit_pcg;
+  if (method.inner == InnerSolve::pcg) o.linear = Linear::implicit_pcg;
   o.forcing_rule = o.forcing_rule.value_or(method.forcing_rule);
   o.forcing = o.forcing.value_or(method.forcing);
   o.max_inner_iterations = o.max_inner_iterations.value_or(method.max_inner_iterations);
@@ -227,6 +227,31 @@ void fill_loss(const MethodTraits& method, Options& o) {
   if (*o.loss == Loss::none) return;
   o.loss_scope = o.loss_scope.value_or(LossScope::observation);
   o.loss_scale = o.loss_scale.value_or(default_scale(*o.loss));
+}
+
+template <class T>
+void forget(std::optional<T>& choice, const T& preferred) {
+  if (choice == preferred) choice.reset();
+}
+
+// auto stands for one of the damped methods where something is asked for that only one of them has.
+Options settle(Options o) {
+  if (o.method != Method::automatic) return o;
+  const MethodTraits& own = traits(Method::automatic);
+  forget(o.preconditioner, own.preconditioner);
+  forget(o.forcing_rule, own.forcing_rule);
+  forget(o.forcing, own.forcing);
+  forget(o.max_inner_iterations, own.max_inner_iterations);
+  const bool factorises = (o.linear && *o.linear != Linear::implicit_pcg) ||
+                          o.elimination.value_or(Elimination::points) != Elimination::points;
+  const bool iterates = o.linear == Linear::implicit_pcg || o.scaling || o.preconditioner ||
+                        o.forcing || o.forcing_rule || o.max_inner_iterations;
+  if (iterates) {
+    o.method = Method::tnm;
+  } else if (factorises) {
+    o.method = Method::lm_cholesky;
+  }
+  return o;
 }
 
 }  // namespace
@@ -260,9 +285,9 @@ const char* name(ObjectiveKind value) { return pick(std::array{"pixel", "ray"}, 
 const char* name(Gauge value) { return pick(std::array{"free", "fixed"}, value); }
 const char* name(RayWeight value) { return pick(std::array{"pixel", "focal", "unit"}, value); }
 
-Options resolve(const Options& options) {
-  visit_options(options,
-                [](const auto& value, const OptionInfo& info) { check_range(value, info); });
+Options resolve(const Options& asked) {
+  visit_options(asked, [](const auto& value, const OptionInfo& info) { check_range(value, info); });
+  const Options options = settle(asked);
   const MethodTraits& method = traits(options.method);
   refuse_solver_choices(options, method);
   refuse_globalisation(options, method);
@@ -270,7 +295,7 @@ Options resolve(const Options& options) {
 
   Options effective = options;
   if (!method.adaptive) effective.elimination = options.elimination.value_or(Elimination::points);
-  if (method.inner == InnerSolve::pcg) fill_inner(method, effective);
+  if (has_inner_iterations(method)) fill_inner(method, effective);
   if (method.inner == InnerSolve::pcg || method.bounded) {
     effective.scaling = options.scaling.value_or(method.scaling);
   }

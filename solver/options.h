@@ -10,7 +10,7 @@
 namespace raybundle {
 
 /// A row of the method table (solver/methods.h).
-enum class Method { lm_cholesky, tnm, inm, dinm, adinm, dogleg, irls };
+enum class Method { automatic, lm_cholesky, tnm, inm, dinm, adinm, dogleg, irls };
 /// Which side of the normal equations is eliminated before the inner solve.
 enum class Elimination { none, points, cameras };
 /// How the (reduced) linear system is solved.
@@ -49,7 +49,7 @@ struct IncrementOptions {
 /// Everything that shapes a solve; use designated initialisers. An empty optional means: as the
 /// method prefers. solver/option_table.h holds each option's name, range and help.
 struct Options {
-  Method method = Method::lm_cholesky;
+  Method method = Method::automatic;
   std::optional<Elimination> elimination = {};        ///< empty: points; adinm switches
   std::optional<Linear> linear = {};                  ///< empty: by predicted work
   std::optional<Preconditioner> preconditioner = {};  ///< of the inner iterations

@@ -9,6 +9,7 @@ std::unique_ptr<StepSolver> make_step_solver(const Options& options,
                                              linalg::ThreadPool& pool) {
   const MethodTraits& method = traits(options.method);
   if (method.inner == InnerSolve::cholesky) return make_cholesky_step(options, layout, pool);
+  if (method.inner == InnerSolve::automatic) return make_automatic_step(options, layout, pool);
   if (method.inner == InnerSolve::dogleg) return make_dogleg_step(options, layout, pool);
   if (method.adaptive) return make_adaptive_step(options, layout, pool);
   return make_pcg_step(options, *options.elimination, layout, pool);

@@ -57,7 +57,7 @@ double conjugate_gradients(const Sizes& n, Elimination elimination) {
 }
 
 double inner_solver(const Sizes& n, const Options& options, Elimination elimination) {
-  const bool pcg = traits(options.method).inner == InnerSolve::pcg;
+  const bool pcg = has_inner_iterations(traits(options.method));
   return eliminated_side(n, elimination) +
          (pcg ? conjugate_gradients(n, elimination) : word * kept_unknowns(n, elimination));
 }

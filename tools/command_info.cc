@@ -53,18 +53,20 @@ std::string method_advice(const MemoryEstimates& memory) {
     const std::string order = std::to_string(memory.reduced.order);
     constexpr std::int64_t large = 20'000;
     if (memory.reduced.order <= large) {
-      return "--method lm-cholesky (the default, eliminating points) fits: its linear system has "
-             "order " +
-             order + " and it takes about " + bytes_text(direct.bytes) + ".";
+      return "The default, --method auto, may choose: the linear system has order " + order +
+             ", and factorising it (lm-cholesky) fits and takes about " +
+             bytes_text(direct.bytes) + ".";
     }
     return "--method lm-cholesky fits into memory (about " + bytes_text(direct.bytes) +
            "), but a linear system of order " + order +
-           " takes long to factor: try --method tnm too, which takes about " +
+           " takes long to factor: the default, --method auto, will rather iterate (tnm), which "
+           "takes about " +
            bytes_text(iterative.bytes) + ".";
   }
   if (fits(iterative)) {
     return "--method lm-cholesky would take " + bytes_text(direct.bytes) + ", too much for the " +
-           machine + ": use --method tnm, about " + bytes_text(iterative.bytes) + ".";
+           machine + ": the default, --method auto, iterates (tnm), about " +
+           bytes_text(iterative.bytes) + ".";
   }
   return "No method fits into the " + machine + "; the least is " + bytes_text(iterative.bytes) +
          " with --method tnm.";

@@ -48,7 +48,7 @@ TEST(Resolve, FillsEveryChoiceThatHasAnEffect) {
     EXPECT_EQ(effective.min_radius.has_value(), method.bounded);
     EXPECT_EQ(effective.loss_scale.has_value(), effective.loss != Loss::none);
     EXPECT_EQ(effective.inc.focal.has_value(), effective.scaling == DiagonalMatrix::inc);
-    const bool inner = method.inner == InnerSolve::pcg;
+    const bool inner = has_inner_iterations(method);
     EXPECT_EQ(effective.preconditioner.has_value(), inner);
     EXPECT_EQ(effective.forcing.has_value(), inner);
     EXPECT_EQ(effective.max_inner_iterations.has_value(), inner);
@@ -113,7 +113,8 @@ TEST(Resolve, FillsWhatTheHelpPromises) {
         seen.insert(info.name);
       }
     });
-    const bool lm = options.method == Method::lm_cholesky || options.method == Method::tnm;
+    const bool lm = options.method == Method::automatic || options.method == Method::lm_cholesky ||
+                    options.method == Method::tnm;
     if (traits(options.method).damped) {
       EXPECT_EQ(options.damping_matrix, lm ? DiagonalMatrix::diag_h : DiagonalMatrix::identity);
       EXPECT_EQ(options.initial_damping, lm ? 1e-4 : 1);
@@ -177,10 +178,13 @@ TEST(Resolve, RefusesValuesOutOfRangeByName) {
 }
 
 TEST(Resolve, RefusesWhatHasNoEffect) {
-  EXPECT_NE(message_of({.preconditioner = Preconditioner::b}).find("no effect"), std::string::npos);
-  EXPECT_NE(message_of({.forcing = 0.1}).find("no effect"), std::string::npos);
-  EXPECT_NE(message_of({.max_inner_iterations = 5}).find("no effect"), std::string::npos);
-  EXPECT_NE(message_of({.linear = Linear::implicit_pcg}), "");
+  for (const Options& exact : {Options{.preconditioner = Preconditioner::b},
+                               Options{.forcing = 0.1}, Options{.max_inner_iterations = 5}}) {
+    Options options = exact;
+    options.method = Method::lm_cholesky;
+    EXPECT_NE(message_of(options).find("no effect"), std::string::npos);
+  }
+  EXPECT_NE(message_of({.method = Method::lm_cholesky, .linear = Linear::implicit_pcg}), "");
   EXPECT_NE(message_of({.method = Method::tnm, .linear = Linear::dense_cholesky}), "");
   EXPECT_NE(message_of({.method = Method::tnm, .linear = Linear::sparse_cholesky}), "");
   for (const auto schur : {Preconditioner::diag_s, Preconditioner::block_diag_s}) {
@@ -190,6 +194,26 @@ TEST(Resolve, RefusesWhatHasNoEffect) {
         "");
     EXPECT_EQ(message_of({.method = Method::tnm, .preconditioner = schur}), "");
   }
+}
+
+TEST(Resolve, AutoBecomesTheMethodThatHasWhatIsAskedFor) {
+  const auto method = [](const Options& options) { return resolve(options).method; };
+  EXPECT_EQ(method({}), Method::automatic);
+  EXPECT_EQ(method({.linear = Linear::implicit_pcg}), Method::tnm);
+  EXPECT_EQ(method({.preconditioner = Preconditioner::b}), Method::tnm);
+  EXPECT_EQ(method({.scaling = DiagonalMatrix::inc}), Method::tnm);
+  EXPECT_EQ(method({.max_inner_iterations = 5}), Method::tnm);
+  EXPECT_EQ(method({.linear = Linear::sparse_cholesky}), Method::lm_cholesky);
+  EXPECT_EQ(method({.elimination = Elimination::none}), Method::lm_cholesky);
+  EXPECT_EQ(method({.elimination = Elimination::points}), Method::automatic);
+  EXPECT_EQ(method({.damping_matrix = DiagonalMatrix::identity}), Method::automatic);
+  EXPECT_NE(message_of({.linear = Linear::dense_cholesky, .preconditioner = Preconditioner::b}),
+            "");
+  // What took effect may be asked for again.
+  Options effective = resolve({});
+  EXPECT_EQ(resolve(effective).method, Method::automatic);
+  effective.linear = Linear::dense_cholesky;
+  EXPECT_EQ(resolve(effective).method, Method::lm_cholesky);
 }
 
 TEST(Resolve, RefusesWhatTheMethodDoesNotHave) {

@@ -90,8 +90,8 @@ TEST_F(SolveCommand, LogHasItsKeysAndTypes) {
   EXPECT_EQ(log["options"]["elimination"], "points");  // what took effect
   EXPECT_EQ(log["options"]["linear"], "dense-cholesky");
   EXPECT_EQ(log["options"]["threads"], 2);
-  EXPECT_TRUE(log["options"]["time-limit"].is_null());      // none
-  EXPECT_TRUE(log["options"]["preconditioner"].is_null());  // does not apply
+  EXPECT_TRUE(log["options"]["time-limit"].is_null());  // none
+  EXPECT_TRUE(log["options"]["min-radius"].is_null());  // does not apply
 
   const json& iterations = log["iterations"];
   ASSERT_GT(iterations.size(), 2U);

@@ -86,7 +86,7 @@ TEST_F(WithScene, MistakesInOptionsEndWithCode2AndAWordAboutThem) {
       {{"sovle"}, "'sovle' is neither a subcommand nor an option"},
       {{"solve", input_, "--metod", "tnm"}, "--metod"},
       {{"solve", input_, "extra"}, "extra"},
-      {{"solve", input_, "--method", "ransac"}, "'ransac' is none of lm-cholesky, tnm"},
+      {{"solve", input_, "--method", "ransac"}, "'ransac' is none of auto, lm-cholesky, tnm"},
       {{"solve", input_, "--method"}, "--method"},
       {{"solve", input_, "--threads", "two"}, "'two' is not a whole number from 0 to 1024"},
       {{"solve", input_, "--threads", "2.0"}, "'2.0'"},
@@ -96,9 +96,8 @@ TEST_F(WithScene, MistakesInOptionsEndWithCode2AndAWordAboutThem) {
       {{"solve", input_, "--time-limit", "5s"}, "'5s' is not a number from 0 to inf"},
       {{"solve", input_, "--time-limit", "nan"}, "nan"},
       {{"solve", input_, "--function-tolerance", "inf"}, "from 0 to 1"},
-      {{"solve", input_, "--preconditioner", "b"}, "has no inner iterations"},
-      {{"solve", input_, "--forcing", "0.5"}, "has no inner iterations"},
-      {{"solve", input_, "--linear", "implicit-pcg"}, "implicit-pcg"},
+      {{"solve", input_, "--method", "lm-cholesky", "--forcing", "0.5"}, "has no inner iterations"},
+      {{"solve", input_, "--linear", "dense-cholesky", "--preconditioner", "b"}, "iterates"},
       {{"solve", input_, "--seed", "1"}, "--seed has no effect"},
       {{"solve", "--seed", "-1"}, "'-1'"},
       {{"solve", input_, "-o", "-", "--log", "-"}, "are the same"},
@@ -122,7 +121,7 @@ TEST_F(WithScene, MistakesInOptionsEndWithCode2AndAWordAboutThem) {
 }
 
 TEST_F(WithScene, UsageIsCheckedBeforeTheInputIsRead) {
-  EXPECT_EQ(run({"solve", "no such file", "--preconditioner", "b"}).code, 2);
+  EXPECT_EQ(run({"solve", "no such file", "--forcing", "2"}).code, 2);
   EXPECT_EQ(run({"solve", "no such file", "-o", "no/such/folder/out.txt"}).code, 1);
   EXPECT_EQ(run({"solve", "no such file"}).code, 3);
 }
@@ -199,7 +198,7 @@ TEST_F(WithScene, WarningsAreShown) {
 TEST_F(WithScene, InfoSaysTheSameInTextAndJson) {
   const Result text = run({"info", input_});
   EXPECT_EQ(text.code, 0);
-  EXPECT_TRUE(contains(text.output, "advice\n  --method lm-cholesky (the default"));
+  EXPECT_TRUE(contains(text.output, "advice\n  The default, --method auto"));
   const auto json = nlohmann::json::parse(run({"info", input_, "--json"}).output);
   EXPECT_EQ(json["cameras"], 10);
   EXPECT_EQ(json["points"], 400);

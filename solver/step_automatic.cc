@@ -1,0 +1,76 @@
+#include <raybundle/linalg/memory.h>
+#include <raybundle/linalg/reduced_pattern.h>
+#include <raybundle/solver/linear_work.h>
+#include <raybundle/solver/step.h>
+
+#include <optional>
+#include <utility>
+
+namespace raybundle {
+namespace {
+
+// Damped steps by factorisation or by conjugate gradients, whichever is predicted to be the lesser
+// work. How many inner iterations there will be nobody knows beforehand: the first step assumes
+// some, every later one as many as the last had. Once it factorises it goes on doing so.
+class AutomaticStep final : public StepSolver {
+ public:
+  AutomaticStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool)
+      : options_(options), layout_(layout), pool_(pool), work_(linear_work(layout)) {
+    decide(first_guess);
+    if (!cholesky_) pcg_ = make_pcg_step(options, Elimination::points, layout, pool);
+  }
+
+  StepReport solve(const StepRequest& request, double* step) override {
+    if (cholesky_) return cholesky_->solve(request, step);
+    const StepReport report = pcg_->solve(request, step);
+    decide(report.inner_iterations);
+    return report;
+  }
+
+  Linear linear() const override { return cholesky_ ? cholesky_->linear() : pcg_->linear(); }
+  std::string description() const override {
+    return cholesky_ ? before_ + cholesky_->description() : pcg_->description();
+  }
+
+ private:
+  static constexpr int first_guess = 20;
+
+  void decide(int inner_iterations) {
+    const double iterating = work_.preparation + inner_iterations * work_.product;
+    // Finding an order is not free either: it is looked for once assembly alone does not settle it.
+    if (refused_ || work_.assembly > iterating) return;
+    if (!plan_) make_plan();
+    if (!plan_ || work_.assembly + plan_->work > iterating) return;
+    if (pcg_) before_ = pcg_->description() + ", then ";
+    pcg_.reset();
+    cholesky_ = make_cholesky_step(options_, layout_, pool_, std::move(*plan_));
+  }
+
+  void make_plan() {
+    try {
+      plan_ = linalg::plan_cholesky(linalg::reduced_pattern(layout_, linalg::Side::leaves));
+    } catch (const linalg::MemoryRefusal&) {
+      refused_ = true;  // conjugate gradients need no such matrix
+    }
+  }
+
+  Options options_;
+  const linalg::BlockLayout& layout_;
+  linalg::ThreadPool& pool_;
+  LinearWork work_;
+  std::optional<linalg::CholeskyPlan> plan_;
+  bool refused_ = false;
+  std::unique_ptr<StepSolver> cholesky_;
+  std::unique_ptr<StepSolver> pcg_;
+  std::string before_;  // what was used until now, in words
+};
+
+}  // namespace
+
+std::unique_ptr<StepSolver> make_automatic_step(const Options& options,
+                                                const linalg::BlockLayout& layout,
+                                                linalg::ThreadPool& pool) {
+  return std::make_unique<AutomaticStep>(options, layout, pool);
+}
+
+}  // namespace raybundle

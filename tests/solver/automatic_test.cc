@@ -1,0 +1,73 @@
+// What method auto chooses, and that the choice changes nothing but the time.
+
+#include <raybundle/solver/solve.h>
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <raybundle/linalg/block_layout.h>
+#include <raybundle/models/scenes/street.h>
+#include <raybundle/solver/linear_work.h>
+#include <raybundle/tests/support/small_problem.h>
+
+namespace raybundle {
+namespace {
+
+Problem few_cameras() { return test::small_problem({.seed = 3, .cameras = 6, .points = 40}); }
+
+// Long, and every camera sees its neighbours only.
+Problem street(std::int64_t cameras, std::int64_t points) {
+  return scenes::street({.seed = 4, .cameras = cameras, .points = points});
+}
+
+TEST(Automatic, FactorisesWhereThatIsLittle) {
+  Problem problem = few_cameras(), again = few_cameras();
+  const Summary chosen = solve(problem, {});
+  const Summary forced = solve(again, {.method = Method::lm_cholesky});
+  EXPECT_EQ(chosen.options.linear, Linear::dense_cholesky);
+  EXPECT_EQ(chosen.inner_iterations, 0);
+  EXPECT_EQ(chosen.final_cost, forced.final_cost);
+  EXPECT_EQ(problem.points, again.points);
+}
+
+TEST(Automatic, IteratesWhereManyCamerasSeeLittle) {
+  const Problem start =
+      test::small_problem({.seed = 5, .cameras = 300, .points = 600, .observations_per_point = 3});
+  Problem problem = start, again = start;
+  const Summary chosen = solve(problem, {.max_iterations = 2});
+  const Summary forced = solve(again, {.method = Method::tnm, .max_iterations = 2});
+  EXPECT_EQ(chosen.options.linear, Linear::implicit_pcg);
+  EXPECT_GT(chosen.inner_iterations, 0);
+  EXPECT_EQ(chosen.final_cost, forced.final_cost);
+}
+
+TEST(Automatic, GoesOverToFactorisingWhenTheInnerIterationsAreMany) {
+  Problem problem = street(100, 1500);
+  const Summary summary = solve(problem, {});
+  EXPECT_EQ(outcome(summary.termination), Outcome::converged) << summary.message;
+  ASSERT_GT(summary.iterations.size(), 3U);
+  EXPECT_GT(summary.iterations[1].inner_iterations, 0);
+  EXPECT_EQ(summary.iterations.back().inner_iterations, 0);
+  EXPECT_NE(summary.linear_solver.find(", then "), std::string::npos) << summary.linear_solver;
+  Problem again = street(100, 1500);
+  const double expected = solve(again, {.method = Method::lm_cholesky}).final_cost;
+  EXPECT_NEAR(summary.final_cost, expected, 1e-5 * expected);
+}
+
+TEST(LinearWork, GrowsWithRowsAndWithPairs) {
+  const auto layout = [](int observers) {
+    std::vector<std::int32_t> leaf, hub;
+    for (std::int32_t l = 0; l < 10; ++l) {
+      for (std::int32_t h = 0; h < observers; ++h) leaf.push_back(l), hub.push_back(h);
+    }
+    return linalg::make_layout({2, 9, 3}, 20, 10, leaf, hub);
+  };
+  const LinearWork two = linear_work(layout(2)), ten = linear_work(layout(10));
+  EXPECT_DOUBLE_EQ(ten.product, 5 * two.product);
+  EXPECT_DOUBLE_EQ(ten.preparation, 5 * two.preparation);
+  EXPECT_DOUBLE_EQ(ten.assembly, 55.0 / 3 * two.assembly);
+}
+
+}  // namespace
+}  // namespace raybundle
