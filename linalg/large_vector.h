@@ -16,7 +16,7 @@ void free_large(void* memory, std::size_t bytes) noexcept;
 
 template <class T>
 struct LargeAllocator {
-  using value_type = T;
+  using value_type = T;  // NOLINT(readability-identifier-naming): as allocators are asked for it
 
   LargeAllocator() = default;
   template <class Other>

@@ -3,7 +3,6 @@
 namespace raybundle {
 
 using linalg::index;
-using linalg::Side;
 
 // Measured with one thread of an AMD EPYC with AVX-512 where a dense factorisation does 20
 // multiplications with addition in a nanosecond (docs/decisions.md).

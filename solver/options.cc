@@ -285,33 +285,34 @@ const char* name(ObjectiveKind value) { return pick(std::array{"pixel", "ray"}, 
 const char* name(Gauge value) { return pick(std::array{"free", "fixed"}, value); }
 const char* name(RayWeight value) { return pick(std::array{"pixel", "focal", "unit"}, value); }
 
-Options resolve(const Options& asked) {
-  visit_options(asked, [](const auto& value, const OptionInfo& info) { check_range(value, info); });
-  const Options options = settle(asked);
-  const MethodTraits& method = traits(options.method);
-  refuse_solver_choices(options, method);
-  refuse_globalisation(options, method);
-  refuse_formulation(options, method);
+Options resolve(const Options& options) {
+  visit_options(options,
+                [](const auto& value, const OptionInfo& info) { check_range(value, info); });
+  const Options given = settle(options);
+  const MethodTraits& method = traits(given.method);
+  refuse_solver_choices(given, method);
+  refuse_globalisation(given, method);
+  refuse_formulation(given, method);
 
-  Options effective = options;
-  if (!method.adaptive) effective.elimination = options.elimination.value_or(Elimination::points);
+  Options effective = given;
+  if (!method.adaptive) effective.elimination = given.elimination.value_or(Elimination::points);
   if (has_inner_iterations(method)) fill_inner(method, effective);
   if (method.inner == InnerSolve::pcg || method.bounded) {
-    effective.scaling = options.scaling.value_or(method.scaling);
+    effective.scaling = given.scaling.value_or(method.scaling);
   }
   if (method.damped) fill_damping(method, effective);
-  const bool ray = options.objective == ObjectiveKind::ray;
-  effective.lens = options.lens.value_or(ray ? Lens::fixed : Lens::free);
-  effective.gauge = options.gauge.value_or(method.gauge);
-  effective.point_steps = options.point_steps.value_or(method.point_steps);
-  effective.point_start = options.point_start.value_or(PointStart::problem);
-  if (ray) effective.ray_weight = options.ray_weight.value_or(RayWeight::pixel);
+  const bool ray = given.objective == ObjectiveKind::ray;
+  effective.lens = given.lens.value_or(ray ? Lens::fixed : Lens::free);
+  effective.gauge = given.gauge.value_or(method.gauge);
+  effective.point_steps = given.point_steps.value_or(method.point_steps);
+  effective.point_start = given.point_start.value_or(PointStart::problem);
+  if (ray) effective.ray_weight = given.ray_weight.value_or(RayWeight::pixel);
   if (method.bounded) {
-    const double first = options.initial_radius.value_or(1);
-    effective.min_radius = options.min_radius.value_or(std::min(1e-32, first));
+    const double first = given.initial_radius.value_or(1);
+    effective.min_radius = given.min_radius.value_or(std::min(1e-32, first));
   }
   fill_loss(method, effective);
-  refuse_unused_parameters(effective, options);
+  refuse_unused_parameters(effective, given);
   fill_increments(effective);
   check_order(effective);
   return effective;

@@ -54,8 +54,8 @@ std::string method_advice(const MemoryEstimates& memory) {
     constexpr std::int64_t large = 20'000;
     if (memory.reduced.order <= large) {
       return "The default, --method auto, may choose: the linear system has order " + order +
-             ", and factorising it (lm-cholesky) fits and takes about " +
-             bytes_text(direct.bytes) + ".";
+             ", and factorising it (lm-cholesky) fits and takes about " + bytes_text(direct.bytes) +
+             ".";
     }
     return "--method lm-cholesky fits into memory (about " + bytes_text(direct.bytes) +
            "), but a linear system of order " + order +
