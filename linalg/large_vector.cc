@@ -28,7 +28,7 @@ void* allocate_large(std::size_t bytes) {
 }
 
 void free_large(void* memory, std::size_t bytes) noexcept {
-  ::operator delete(memory, bytes, alignment(bytes));
+  ::operator delete(memory, alignment(bytes));
 }
 
 }  // namespace raybundle::linalg

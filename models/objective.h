@@ -42,7 +42,8 @@ class Objective {
   const std::vector<Anchors>& anchors() const { return anchors_; }  ///< empty for xyz
 
   /// The problem's cameras and points, which must be those it was made from in number and order.
-  /// Anchored points of rays are where their anchors saw them, in front or beyond infinity.
+  /// Anchored points of rays, unless fixed, are on the side where most cameras saw them, in front
+  /// or beyond infinity.
   State state_of(const Problem& problem) const;
   /// The same cameras; points that are not fixed as far as two of their rays tell
   /// [Liu18, Remark 5].
@@ -95,7 +96,7 @@ class Objective {
   void choose_all_anchors(const Problem& problem, const std::vector<double>& rays);
   template <class Place>
   void place_points(State& state, Place&& place) const;
-  AnchorRays anchor_rays(std::int64_t point, const double* rays, const CameraPoses& poses) const;
+  PointSides sides(std::int64_t point, const double* X, const CameraPoses& poses) const;
   void place_in_world(std::int64_t point, const double* X, const CameraPoses& poses,
                       double* stored) const;
   bool is_fixed(std::int64_t point) const {
@@ -131,8 +132,8 @@ class Objective {
   std::vector<double> places_;  // in the world, of anchored points, where some are fixed
 };
 
-/// The problem with the coordinates of Objective::state_from_rays(); points that nobody observes
-/// stay. Throws InputError when the problem is inconsistent.
-Problem with_points_from_rays(Problem problem);
+/// The problem with the coordinates of Objective::state_from_rays() of that model; points that
+/// nobody observes stay. Throws InputError when the problem is inconsistent.
+Problem with_points_from_rays(Problem problem, PointModel points = PointModel::xyz);
 
 }  // namespace raybundle

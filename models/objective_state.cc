@@ -4,6 +4,8 @@
 #include <raybundle/models/objective.h>
 #include <raybundle/models/rays.h>
 
+#include <Eigen/Core>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -38,28 +40,31 @@ void Objective::place_points(State& state, Place&& place) const {
   });
 }
 
-AnchorRays Objective::anchor_rays(std::int64_t i, const double* rays,
-                                  const CameraPoses& poses) const {
-  const auto seen_by = [&](std::int32_t camera) {
-    const auto first = rows_.camera.begin() + rows_.begin[index(i)];
-    const auto last = rows_.camera.begin() + rows_.begin[index(i + 1)];
-    return rays + 3 * (std::lower_bound(first, last, camera) - rows_.camera.begin());
-  };
+// The main anchor sees the direction of a point itself, whichever side that is; of the others most
+// decide. Of idp, and of a point that has no associate, all have one side.
+PointSides Objective::sides(std::int64_t i, const double* X, const CameraPoses& poses) const {
+  using Map3 = Eigen::Map<const Eigen::Vector3d>;
   const Anchors& anchors = anchors_[index(i)];
-  if (anchors.associate < 0) return {seen_by(anchors.main), nullptr, nullptr};
-  return {seen_by(anchors.main), seen_by(anchors.associate), poses.R_cw(anchors.associate)};
+  PointSides result;
+  std::int64_t balance = 0;
+  for (std::int64_t row = rows_.begin[index(i)]; row < rows_.begin[index(i + 1)]; ++row) {
+    const std::int32_t camera = rows_.camera[index(row)];
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_cw(poses.R_cw(camera));
+    const double along = Map3(rays_.data() + 3 * row).dot(R_cw * (Map3(X) - Map3(poses.P(camera))));
+    const bool alone = camera == anchors.main && anchors.associate >= 0;
+    if (alone && along < 0) result.main = -1;
+    if (!alone) balance += along < 0 ? -1 : 1;
+  }
+  if (balance < 0) result.others = -1;
+  return result;
 }
 
-// Pixels do not tell on which side of its cameras a point is, rays do.
+// Pixels do not tell on which side of its cameras a point is, rays do. A fixed point stays put.
 void Objective::place_in_world(std::int64_t i, const double* X, const CameraPoses& poses,
                                double* stored) const {
-  const AnchorPoses anchors = poses.of(anchors_[index(i)]);
-  if (rays_.empty()) {
-    from_world(formulation_.points, X, anchors, nullptr, stored);
-  } else {
-    const AnchorRays rays = anchor_rays(i, rays_.data(), poses);
-    from_world(formulation_.points, X, anchors, &rays, stored);
-  }
+  const bool as_seen = !rays_.empty() && !is_fixed(i);
+  from_world(formulation_.points, X, poses.of(anchors_[index(i)]),
+             as_seen ? sides(i, X, poses) : PointSides{}, stored);
 }
 
 State Objective::state_of(const Problem& problem) const {
@@ -94,9 +99,9 @@ State Objective::state_from_rays(const Problem& problem) const {
   return state;
 }
 
-Problem with_points_from_rays(Problem problem) {
+Problem with_points_from_rays(Problem problem, PointModel points) {
   linalg::ThreadPool pool(1);
-  const Objective objective(problem, {.lens = Lens::fixed}, pool);
+  const Objective objective(problem, {.lens = Lens::fixed, .points = points}, pool);
   objective.write(objective.state_from_rays(problem), problem);
   return problem;
 }

@@ -69,11 +69,6 @@ double angle(const Vector3d& a, const Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-// -1 where a camera saw along the ray what lies the other way.
-double side_of(const Vector3d& to_point, const double* ray, const double* R_cw) {
-  return to_point.dot(to_world_axes(R_cw, Map3(ray))) < 0 ? -1 : 1;
-}
-
 }  // namespace
 
 void to_world(PointModel model, const double* stored, const AnchorPoses& anchors, double* X) {
@@ -89,30 +84,28 @@ void to_world(PointModel model, const double* stored, const AnchorPoses& anchors
   vector(X) = Map3(anchors.P) + distance * ray.w;
 }
 
-void from_world(PointModel model, const double* X, const AnchorPoses& anchors,
-                const AnchorRays* rays, double* stored) {
+void from_world(PointModel model, const double* X, const AnchorPoses& anchors, PointSides sides,
+                double* stored) {
   if (model == PointModel::xyz) {
     std::copy_n(X, 3, stored);
     return;
   }
+  if (anchors.P_associate == nullptr) sides.main = sides.others;
   const Vector3d to_point = Map3(X) - Map3(anchors.P);
   const double distance = to_point.norm();
   Vector3d w =
       distance > 0 ? Vector3d(to_point / distance) : to_world_axes(anchors.R_cw, {0, 0, -1});
-  const double side = rays == nullptr ? 1 : side_of(w, rays->ray, anchors.R_cw);
-  w *= side;
+  w *= sides.main;
   double& first = stored[stored_size(model) - 1];
   store_direction(model, w, anchors.R_cw, stored);
   if (anchors.P_associate == nullptr) {
-    first = side / std::max(distance, 1 / farthest);
+    first = sides.others / std::max(distance, 1 / farthest);
     return;
   }
   // Seen from the other side, D of Eq. 6 turns round, and with it the sense of the parallax.
   const Vector3d v = Map3(anchors.P) - Map3(anchors.P_associate);
-  const double associate_side =
-      rays == nullptr ? 1 : side_of(to_point + v, rays->ray_associate, rays->R_cw_associate);
-  const double theta = angle(side * to_point, associate_side * (to_point + v));
-  first = usable_parallax(w, associate_side * theta, v);
+  const double theta = angle(sides.main * to_point, sides.others * (to_point + v));
+  first = usable_parallax(w, sides.others * theta, v);
 }
 
 void from_rays(PointModel model, const AnchorRays& rays, const AnchorPoses& anchors,

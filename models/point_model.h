@@ -59,21 +59,25 @@ struct AnchorPoses {
 /// anchors (1e12 without associate), where the difference cannot be seen.
 void to_world(PointModel model, const double* stored, const AnchorPoses& anchors, double* X);
 
-/// What the anchors of a point saw of it, in their frames; the latter two are null where there is
-/// no associate.
+/// On which side, 1 in front and -1 behind, the main anchor and the other observers of a point saw
+/// it. Behind all of them it is beyond infinity.
+struct PointSides {
+  double main = 1;
+  double others = 1;
+};
+
+/// Stored numbers of the point X, seen from these sides; in the anchor's centre it has any
+/// direction. Where both are described by one number, the main anchor's side is the others'.
+void from_world(PointModel model, const double* X, const AnchorPoses& anchors, PointSides sides,
+                double* stored);
+/// Stored numbers of a point seen from its anchors along `ray` and `ray_associate` (unit vectors in
+/// the cameras' frames, the latter null where there is none) [Liu18, Remark 5]: parallax and
+/// direction come from rotations and rays alone, and of the centres only idp needs the distance.
 struct AnchorRays {
   const double* ray;
   const double* ray_associate;
   const double* R_cw_associate;
 };
-
-/// Stored numbers of the point X; in the anchor's centre it has any direction. Where rays are
-/// given, X behind an anchor that saw it, is a point beyond infinity in front of that anchor.
-void from_world(PointModel model, const double* X, const AnchorPoses& anchors,
-                const AnchorRays* rays, double* stored);
-/// Stored numbers of a point as far as the rays, of length 1, of its anchors tell
-/// [Liu18, Remark 5]: parallax and direction come from rotations and rays alone, and of the centres
-/// only idp needs the distance.
 void from_rays(PointModel model, const AnchorRays& rays, const AnchorPoses& anchors,
                double* stored);
 

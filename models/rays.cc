@@ -130,6 +130,7 @@ Problem with_one_focal_length(Problem problem) {
     if (!counted[c]) used.push_back(focal(c));
     counted[c] = true;
   }
+  for (std::size_t c = 0; used.empty() && c < counted.size(); ++c) used.push_back(focal(c));
   const double common = upper_median(used);
   for (std::size_t k = 0; k < problem.observation_camera.size(); ++k) {
     const auto camera = static_cast<std::size_t>(problem.observation_camera[k]);

@@ -36,7 +36,7 @@ void visit_options(AnyOptions& o, Visit&& visit) {
                                      "with elimination none b"});
   visit(o.damping_matrix, OptionInfo{"damping-matrix",
                                      "matrix that the damping multiplies; auto: diag-h for "
-                                     "lm-cholesky and tnm, else identity"});
+                                     "auto, lm-cholesky and tnm, else identity"});
   visit(o.scaling, OptionInfo{"scaling",
                               "scaling of the unknowns in the linear system and of the trust "
                               "region; auto: inc for inm, dinm, adinm, irls, else identity"});

@@ -34,6 +34,7 @@ Summary solve(Problem& problem, const Options& options, const Observer& observer
   TrustRegion engine(objective, *steps, pool, effective, observer, start);
   Summary summary = engine.run(state);
   summary.threads = pool.threads();
+  summary.options.linear = steps->linear();  // auto may have changed it
   summary.linear_solver = steps->description();
   objective.write(std::move(state), problem);
   return summary;

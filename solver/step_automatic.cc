@@ -1,8 +1,8 @@
-#include <raybundle/linalg/memory.h>
 #include <raybundle/linalg/reduced_pattern.h>
 #include <raybundle/solver/linear_work.h>
 #include <raybundle/solver/step.h>
 
+#include <new>
 #include <optional>
 #include <utility>
 
@@ -17,13 +17,14 @@ class AutomaticStep final : public StepSolver {
   AutomaticStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool)
       : options_(options), layout_(layout), pool_(pool), work_(linear_work(layout)) {
     decide(first_guess);
-    if (!cholesky_) pcg_ = make_pcg_step(options, Elimination::points, layout, pool);
+    if (!cholesky_ && !pcg_) pcg_ = make_pcg_step(options, Elimination::points, layout, pool);
   }
 
   StepReport solve(const StepRequest& request, double* step) override {
+    if (!cholesky_ && last_inner_iterations_ > 0) decide(last_inner_iterations_);
     if (cholesky_) return cholesky_->solve(request, step);
     const StepReport report = pcg_->solve(request, step);
-    decide(report.inner_iterations);
+    last_inner_iterations_ = report.inner_iterations;
     return report;
   }
 
@@ -42,14 +43,19 @@ class AutomaticStep final : public StepSolver {
     if (!plan_) make_plan();
     if (!plan_ || work_.assembly + plan_->work > iterating) return;
     if (pcg_) before_ = pcg_->description() + ", then ";
-    pcg_.reset();
-    cholesky_ = make_cholesky_step(options_, layout_, pool_, std::move(*plan_));
+    pcg_.reset();  // its memory first
+    try {
+      cholesky_ = make_cholesky_step(options_, layout_, pool_, std::move(*plan_));
+    } catch (const std::bad_alloc&) {
+      refused_ = true;
+      pcg_ = make_pcg_step(options_, Elimination::points, layout_, pool_);
+    }
   }
 
   void make_plan() {
     try {
       plan_ = linalg::plan_cholesky(linalg::reduced_pattern(layout_, linalg::Side::leaves));
-    } catch (const linalg::MemoryRefusal&) {
+    } catch (const std::bad_alloc&) {
       refused_ = true;  // conjugate gradients need no such matrix
     }
   }
@@ -60,6 +66,7 @@ class AutomaticStep final : public StepSolver {
   LinearWork work_;
   std::optional<linalg::CholeskyPlan> plan_;
   bool refused_ = false;
+  int last_inner_iterations_ = 0;
   std::unique_ptr<StepSolver> cholesky_;
   std::unique_ptr<StepSolver> pcg_;
   std::string before_;  // what was used until now, in words

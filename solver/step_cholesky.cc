@@ -1,4 +1,5 @@
 #include <raybundle/linalg/cholesky.h>
+#include <raybundle/linalg/reduced_pattern.h>
 #include <raybundle/solver/step.h>
 
 #include <utility>
@@ -52,9 +53,11 @@ class CholeskyStep final : public StepSolver {
 std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
                                                const linalg::BlockLayout& layout,
                                                linalg::ThreadPool& pool) {
-  const auto system = make_reduced_system(layout, eliminated_side(*options.elimination), pool);
+  const auto side = eliminated_side(*options.elimination);
+  linalg::SymmetricPattern pattern = side ? linalg::reduced_pattern(layout, *side)
+                                          : make_reduced_system(layout, side, pool)->pattern();
   return make_cholesky_step(options, layout, pool,
-                            linalg::plan_cholesky(system->pattern(), storage(options.linear)));
+                            linalg::plan_cholesky(std::move(pattern), storage(options.linear)));
 }
 
 std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,

@@ -5,6 +5,8 @@
 
 #include <raybundle/solver/methods.h>
 
+#include <algorithm>
+
 namespace raybundle {
 namespace {
 
@@ -39,7 +41,7 @@ double eliminated_side(const Sizes& n, Elimination elimination) {
   const bool points = elimination == Elimination::points;
   const double size = points ? 3 : 9;
   const double blocks = points ? n.points : n.cameras;
-  const double W = n.anchors > 0 ? 27 * n.rows + 3 * n.points : 0;
+  const double W = n.anchors > 0 ? 27 * n.rows : 0;
   return word * (size * size * blocks + n.residuals * size * n.rows + size * blocks + W);
 }
 
@@ -48,11 +50,18 @@ double kept_unknowns(const Sizes& n, Elimination elimination) {
   return elimination == Elimination::points ? n.camera_unknowns() : n.point_unknowns();
 }
 
-/// Preconditioner with its factors, the rows of a product, and the vectors of the iteration.
+/// The parts of a product that keeps the cameras (linalg/schur_complement.cc), or its rows.
+double of_product(const Sizes& n, Elimination elimination) {
+  if (elimination != Elimination::points) return n.residuals * word * n.rows;
+  const double parts = std::clamp(n.rows / (16 * n.cameras + 1), 8.0, 64.0);
+  return parts * word * n.camera_unknowns();
+}
+
+/// Preconditioner with its factors, what a product needs, and the vectors of the iteration.
 double conjugate_gradients(const Sizes& n, Elimination elimination) {
   const double camera_blocks = elimination == Elimination::cameras ? 0 : 81 * n.cameras;
   const double point_blocks = elimination == Elimination::points ? 0 : 9 * n.points;
-  return 2 * word * (camera_blocks + point_blocks) + n.residuals * word * n.rows +
+  return 2 * word * (camera_blocks + point_blocks) + of_product(n, elimination) +
          7 * word * kept_unknowns(n, elimination);
 }
 

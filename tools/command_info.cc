@@ -59,14 +59,13 @@ std::string method_advice(const MemoryEstimates& memory) {
     }
     return "--method lm-cholesky fits into memory (about " + bytes_text(direct.bytes) +
            "), but a linear system of order " + order +
-           " takes long to factor: the default, --method auto, will rather iterate (tnm), which "
+           " takes long to factor: the default, --method auto, may rather iterate (tnm), which "
            "takes about " +
            bytes_text(iterative.bytes) + ".";
   }
   if (fits(iterative)) {
     return "--method lm-cholesky would take " + bytes_text(direct.bytes) + ", too much for the " +
-           machine + ": the default, --method auto, iterates (tnm), about " +
-           bytes_text(iterative.bytes) + ".";
+           machine + ": --method tnm iterates and takes about " + bytes_text(iterative.bytes) + ".";
   }
   return "No method fits into the " + machine + "; the least is " + bytes_text(iterative.bytes) +
          " with --method tnm.";

@@ -168,7 +168,10 @@ std::vector<std::string> file_warnings(const SolveRecord& record, const Problem&
   if (folder) return {without_points};
   std::vector<std::string> result;
   if (problem.aspect != 1) result.push_back(square_pixels);
-  if (record.summary.options.objective == ObjectiveKind::ray && record.after.behind_camera > 0) {
+  const Options& options = record.summary.options;
+  const bool beyond = options.objective == ObjectiveKind::ray && is_anchored(options.points) &&
+                      record.after.behind_camera > 0;
+  if (beyond) {
     result.push_back(
         count_text(record.after.behind_camera, "observation") +
         " of points beyond infinity: in the coordinates of the file these are behind their "

@@ -219,6 +219,32 @@ TEST_P(ReducedSystems, SameBitsForAnyNumberOfThreads) {
   EXPECT_TRUE(results[0] == results[2]);
 }
 
+// Enough leaves for the one-pass product to be cut into pieces.
+TEST(ReducedSystemOfManyLeaves, PiecesMakeTheSameProductForAnyNumberOfThreads) {
+  for (const bool anchored : {false, true}) {
+    BlockSystem system({.seed = 8, .anchored = anchored, .leaves = 900});
+    std::vector<VectorXd> products;
+    for (const int threads : {1, 2, 5}) {
+      ThreadPool pool(threads);
+      const auto reduced = make_reduced_system(system.layout, Side::leaves, pool);
+      reduced->prepare(system.linearization(pool), system.D.data());
+      SymmetricBlocks A(reduced->pattern(), Storage::dense);
+      VectorXd v(reduced->size()), y(reduced->size()), step(system.layout.unknowns());
+      reduced->assemble(A, v.data());
+      reduced->apply(v.data(), y.data());
+      const MatrixXd matrix = test::dense_of(A);
+      EXPECT_LE((y - matrix * v).norm(), 1e-11 * matrix.norm() * v.norm());
+      const double squares = reduced->expand(y.data(), step.data());
+      EXPECT_NEAR(squares, (system.dense * step).squaredNorm(), 1e-10 * squares);
+      y.conservativeResize(y.size() + 1);
+      y[y.size() - 1] = squares;
+      products.push_back(y);
+    }
+    EXPECT_TRUE(products[0] == products[1]);
+    EXPECT_TRUE(products[0] == products[2]);
+  }
+}
+
 std::string name(const ::testing::TestParamInfo<Parameter>& test) {
   const auto& [options, eliminated] = test.param;
   const char* side = !eliminated ? "Full" : (*eliminated == Side::leaves ? "NoLeaves" : "NoHubs");

@@ -288,6 +288,34 @@ TEST_P(FormulationOf, PointsBeyondInfinityAreReadBackAsSuch) {
   EXPECT_NEAR(dense.objective().pixel_cost(dense.state()), pixels, 1e-9 * pixels);
 }
 
+// Behind one camera that sees it and in front of the others, a point costs no more than it does in
+// coordinates: one ray is wrong, not all others.
+TEST_P(FormulationOf, APointBehindOneCameraIsInFrontOfTheOthers) {
+  if (!is_anchored(GetParam().points) || GetParam().objective != ObjectiveKind::ray) return;
+  for (std::int32_t turned = 0; turned < 6; ++turned) {
+    Problem problem =
+        small_problem({.seed = 13, .cameras = 6, .points = 12, .observations_per_point = 6});
+    double* camera = &problem.cameras[9 * std::size_t(turned)];
+    const Eigen::Matrix3d R_cw = so3::exp(Vector3d(camera[0], camera[1], camera[2]));
+    const Vector3d t_cw(camera[3], camera[4], camera[5]);
+    const Eigen::Matrix3d half_turn = Vector3d(-1, 1, -1).asDiagonal();
+    const Eigen::Matrix3d R_turned = half_turn * R_cw;
+    Eigen::Map<Vector3d>{camera} = so3::log(R_turned);
+    Eigen::Map<Vector3d>{camera + 3} = half_turn * t_cw;
+    const double as_coordinates = ray_cost(problem, GetParam().ray_weight);
+    EXPECT_LE(DenseObjective(problem, GetParam()).cost(), as_coordinates * (1 + 1e-9))
+        << "camera " << turned;
+  }
+}
+
+TEST_P(FormulationOf, FixedPointsBehindTheirCamerasAreThere) {
+  if (GetParam().objective != ObjectiveKind::ray) return;
+  Problem problem = problem_beyond_infinity();
+  problem.fixed_points.assign(30, 1);
+  const double expected = ray_cost(problem, GetParam().ray_weight);
+  EXPECT_NEAR(DenseObjective(problem, GetParam()).cost(), expected, 1e-6 * expected);
+}
+
 TEST(RayObjective, RefusesFreeLenses) {
   EXPECT_THROW(DenseObjective(small_problem(), Formulation{.objective = ObjectiveKind::ray}),
                std::invalid_argument);

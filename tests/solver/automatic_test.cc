@@ -49,6 +49,7 @@ TEST(Automatic, GoesOverToFactorisingWhenTheInnerIterationsAreMany) {
   ASSERT_GT(summary.iterations.size(), 3U);
   EXPECT_GT(summary.iterations[1].inner_iterations, 0);
   EXPECT_EQ(summary.iterations.back().inner_iterations, 0);
+  EXPECT_EQ(summary.options.linear, Linear::dense_cholesky);
   EXPECT_NE(summary.linear_solver.find(", then "), std::string::npos) << summary.linear_solver;
   Problem again = street(100, 1500);
   const double expected = solve(again, {.method = Method::lm_cholesky}).final_cost;

@@ -153,7 +153,7 @@ TEST_F(Folders, TheirLensStaysUnlessToldOtherwise) {
 TEST_F(Folders, FiguresOfTheStartAreOfPointsFromRays) {
   std::fill(street_.points.begin(), street_.points.end(), 100.0);
   io::write_bal(street_, bal_);
-  for (const char* points : {"xyz", "pmba"}) {
+  for (const char* points : {"xyz", "idp", "pba", "pmba"}) {
     const Result result = run({"solve", bal_, "-q", "--points", points, "--point-start", "rays",
                                "--max-iterations", "1", "--log", path("log")});
     ASSERT_EQ(result.code, 0) << result.errors;

@@ -38,6 +38,8 @@ TEST(FileWarnings, TellWhatAFormatDoesNotHold) {
   problem.aspect = 1.01;
   EXPECT_EQ(file_warnings(record, problem, false).size(), 1U);
   record.summary.options.objective = ObjectiveKind::ray;
+  EXPECT_EQ(file_warnings(record, problem, false).size(), 1U) << "coordinates are what they are";
+  record.summary.options.points = PointModel::pmba;
   EXPECT_EQ(file_warnings(record, problem, false).size(), 2U);
 }
 
