@@ -96,8 +96,8 @@ class Objective {
   void choose_all_anchors(const Problem& problem, const std::vector<double>& rays);
   template <class Place>
   void place_points(State& state, Place&& place) const;
-  PointSides sides(std::int64_t point, const double* X, const CameraPoses& poses) const;
-  void place_in_world(std::int64_t point, const double* X, const CameraPoses& poses,
+  PointSides sides(std::int64_t i, const double* X, const CameraPoses& poses) const;
+  void place_in_world(std::int64_t i, const double* X, const CameraPoses& poses,
                       double* stored) const;
   bool is_fixed(std::int64_t point) const {
     return !fixed_points_.empty() && fixed_points_[linalg::index(point)] != 0;
