@@ -1,5 +1,7 @@
 #include <raybundle/linalg/block_jacobian.h>
 
+#include <raybundle/linalg/vector.h>
+
 namespace raybundle::linalg {
 namespace {
 
@@ -63,6 +65,11 @@ void transpose_multiply_hubs(const BlockJacobian& J, const double* u, const doub
   for_blocks(*J.layout, Side::hubs, pool, [&](std::int64_t first, std::int64_t last) {
     block_kernels(*J.layout).transpose_multiply_hubs(view(J), u, w, first, last, y);
   });
+}
+
+double multiply_squares(const BlockJacobian& J, const double* x, double* u, ThreadPool& pool) {
+  multiply(J, x, u, pool);
+  return dot(u, u, J.layout->residuals(), pool);
 }
 
 void transpose_multiply(const BlockJacobian& J, const double* u, double* y, ThreadPool& pool) {

@@ -33,6 +33,9 @@ JacobianView view(const BlockJacobian& J);
 /// u = J x; x has layout.unknowns() entries, u layout.residuals().
 void multiply(const BlockJacobian& J, const double* x, double* u, ThreadPool& pool);
 
+/// The same, and |u|^2.
+double multiply_squares(const BlockJacobian& J, const double* x, double* u, ThreadPool& pool);
+
 /// y = J^T u, all unknowns.
 void transpose_multiply(const BlockJacobian& J, const double* u, double* y, ThreadPool& pool);
 

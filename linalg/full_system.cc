@@ -1,7 +1,5 @@
 #include <raybundle/linalg/full_system.h>
 
-#include <raybundle/linalg/vector.h>
-
 #include <Eigen/Core>
 
 #include <algorithm>
@@ -28,8 +26,7 @@ void FullSystem::apply(const double* x, double* y) {
 double FullSystem::expand(const double* x, double* step) {
   std::copy_n(x, size(), step);
   rows_.resize(index(layout_.residuals()));
-  multiply(*at_.J, x, rows_.data(), pool_);
-  return dot(rows_.data(), rows_.data(), layout_.residuals(), pool_);
+  return multiply_squares(*at_.J, x, rows_.data(), pool_);
 }
 
 // The hubs after a that share a leaf with a, one of both being its anchor.

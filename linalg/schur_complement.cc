@@ -15,19 +15,13 @@ namespace {
 // Of one block of a side.
 std::int64_t most_rows(const BlockLayout& layout, Side side) {
   const Incidence& blocks = layout.incidence(side);
-  std::int64_t most = 0;
-  for (std::int64_t b = 0; b < layout.block_count(side); ++b) {
-    std::int64_t rows = blocks.begin[index(b + 1)] - blocks.begin[index(b)];
-    if (!layout.coupling_rows.empty()) {
-      rows = 0;
-      for (std::int64_t p = blocks.begin[index(b)]; p < blocks.begin[index(b + 1)]; ++p) {
-        const std::int64_t c = blocks.list.empty() ? p : blocks.list[index(p)];
-        rows += layout.coupling_rows[index(c + 1)] - layout.coupling_rows[index(c)];
-      }
-    }
-    most = std::max(most, rows);
+  std::vector<std::int64_t> rows(index(layout.block_count(side)), 0);
+  for (std::int64_t c = 0; c < layout.couplings; ++c) {
+    const auto& begin = layout.coupling_rows;
+    rows[index(blocks.block[index(c)])] +=
+        begin.empty() ? 1 : begin[index(c + 1)] - begin[index(c)];
   }
-  return most;
+  return rows.empty() ? 0 : *std::max_element(rows.begin(), rows.end());
 }
 
 }  // namespace
@@ -130,11 +124,7 @@ void SchurComplement::apply(const double* x, double* y) {
 // added in their order.
 void SchurComplement::apply_to_hubs(const double* x, double* y) {
   constexpr std::int64_t grain = 128;
-  constexpr std::int64_t few = 8;
-  constexpr std::int64_t rows_per_part = 16;  // of each hub, to be worth the sums
-  const std::int64_t parts =
-      std::clamp(layout_.rows / (rows_per_part * layout_.hubs + 1), few, max_chunks);
-  const Chunks pieces = chunks(layout_.leaves, grain, parts);
+  const Chunks pieces = chunks(layout_.leaves, grain, product_parts(layout_.rows, layout_.hubs));
   parts_.resize(index(pieces.pieces * size()));
   pool_.run(pieces.pieces, [&](std::int64_t piece) {
     double* part = parts_.data() + piece * size();

@@ -3,7 +3,16 @@
 #include <raybundle/linalg/large_vector.h>
 #include <raybundle/linalg/reduced_system.h>
 
+#include <algorithm>
+
 namespace raybundle::linalg {
+
+/// Into how many parts at most an implicit product that keeps the hubs is cut, each with sums of
+/// all of them: enough for the threads, and few beside the rows.
+constexpr std::int64_t product_parts(std::int64_t rows, std::int64_t hubs) {
+  constexpr std::int64_t few = 8, rows_per_hub = 16;
+  return std::clamp(rows / (rows_per_hub * hubs + 1), few, max_chunks);
+}
 
 /// The reduced system after eliminating one side. With k the kept and e the eliminated side,
 /// M M^T = (H_ee + D_e)^-1 block by block, U = J_e M and y = M^T g_e,

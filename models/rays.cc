@@ -75,6 +75,7 @@ std::optional<std::array<double, 2>> undistort(const double* lens, const double*
   if (!std::isfinite(target)) return std::nullopt;
   if (target == 0) return std::array<double, 2>{0, 0};
   const double k1 = lens[1], k2 = lens[2];
+  if (k1 == 0 && k2 == 0) return std::array<double, 2>{distorted[0], distorted[1]};
   double high = turning_radius(k1, k2);
   if (std::isinf(high)) {
     high = 2 * target + 1;  // it grows for ever: far enough is found by doubling

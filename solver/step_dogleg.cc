@@ -85,9 +85,8 @@ class DoglegStep final : public StepSolver {
       cauchy_[i] = -inverse * inverse * g[i];
     });
     const double slope = -linalg::dot(g.data(), cauchy_.data(), unknowns_, pool_);
-    linalg::multiply(*request.at.J, cauchy_.data(), J_cauchy_.data(), pool_);
-    const double curvature = linalg::dot(J_cauchy_.data(), J_cauchy_.data(),
-                                         static_cast<std::int64_t>(J_cauchy_.size()), pool_);
+    const double curvature =
+        linalg::multiply_squares(*request.at.J, cauchy_.data(), J_cauchy_.data(), pool_);
     const double along = curvature > 0 ? slope / curvature : 0;
     linalg::for_entries(unknowns_, pool_, [&](std::size_t i) { cauchy_[i] *= along; });
     cauchy_length_ = length(request, cauchy_);

@@ -17,6 +17,7 @@
 
 #include <raybundle/linalg/vector.h>
 #include <raybundle/solver/methods.h>
+#include <raybundle/solver/phase_timer.h>
 
 #include <algorithm>
 #include <cmath>
@@ -29,21 +30,6 @@ namespace {
 using linalg::index;
 
 constexpr std::int64_t vector_grain = 16384;
-
-// Adds its lifetime to a phase.
-class PhaseTimer {
- public:
-  explicit PhaseTimer(double& phase) : phase_(phase) {}
-  ~PhaseTimer() {
-    phase_ += std::chrono::duration<double>(TrustRegion::Clock::now() - start_).count();
-  }
-  PhaseTimer(const PhaseTimer&) = delete;
-  PhaseTimer& operator=(const PhaseTimer&) = delete;
-
- private:
-  double& phase_;
-  TrustRegion::Clock::time_point start_ = TrustRegion::Clock::now();
-};
 
 double largest_magnitude(const std::vector<double>& x) {
   double largest = 0;
@@ -187,28 +173,23 @@ void TrustRegion::propose() {
     whole_step_ = step_;
     record_.points_held = objective_.hold_worse_points(state_, step_.data(), candidate_);
   }
-  if (record_.points_held > 0) report_.curvature.reset();
-  predict_decrease();
-  if (record_.points_held == 0 || record_.predicted_decrease > 0) return;
+  if (record_.points_held == 0) return predict_decrease(report_.curvature);
+  predict_decrease(std::nullopt);
+  if (record_.predicted_decrease > 0) return;
   step_.swap(whole_step_);
   record_.points_held = 0;
-  predict_decrease();
-}
-
-// |J p|^2
-double TrustRegion::curvature_along_step() {
-  linalg::multiply(J_, step_.data(), J_step_.data(), pool_);
-  const auto residuals = static_cast<std::int64_t>(J_step_.size());
-  return linalg::dot(J_step_.data(), J_step_.data(), residuals, pool_);
+  predict_decrease(report_.curvature);
 }
 
 // m(0) - m(p) = -g^T p - 1/2 |J p|^2 - 1/2 mu p^T D p, equal to [Qu18, Eq. 3.102] for every step
 // whose eliminated part was back-substituted.
-void TrustRegion::predict_decrease() {
+void TrustRegion::predict_decrease(const std::optional<double>& known_curvature) {
   const PhaseTimer timer(summary_.seconds.linear);
   const auto unknowns = static_cast<std::int64_t>(step_.size());
   const double slope = linalg::dot(normal_.gradient.data(), step_.data(), unknowns, pool_);
-  const double curvature = report_.curvature ? *report_.curvature : curvature_along_step();
+  const double curvature = known_curvature
+                               ? *known_curvature
+                               : linalg::multiply_squares(J_, step_.data(), J_step_.data(), pool_);
   const double damped = linalg::parallel_sum(
       pool_, unknowns, vector_grain, [&](std::int64_t first, std::int64_t last) {
         double sum = 0;

@@ -34,8 +34,7 @@ class TrustRegion {
   void start();
   void compute_step();
   void propose();
-  void predict_decrease();
-  double curvature_along_step();
+  void predict_decrease(const std::optional<double>& known_curvature);  // |J p|^2
   void evaluate_candidate();
   void judge();
   void linearize();

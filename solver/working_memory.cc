@@ -3,9 +3,8 @@
 
 #include <raybundle/solver/working_memory.h>
 
+#include <raybundle/linalg/schur_complement.h>
 #include <raybundle/solver/methods.h>
-
-#include <algorithm>
 
 namespace raybundle {
 namespace {
@@ -53,8 +52,9 @@ double kept_unknowns(const Sizes& n, Elimination elimination) {
 /// The parts of a product that keeps the cameras (linalg/schur_complement.cc), or its rows.
 double of_product(const Sizes& n, Elimination elimination) {
   if (elimination != Elimination::points) return n.residuals * word * n.rows;
-  const double parts = std::clamp(n.rows / (16 * n.cameras + 1), 8.0, 64.0);
-  return parts * word * n.camera_unknowns();
+  const std::int64_t parts = linalg::product_parts(static_cast<std::int64_t>(n.rows),
+                                                   static_cast<std::int64_t>(n.cameras));
+  return static_cast<double>(parts) * word * n.camera_unknowns();
 }
 
 /// Preconditioner with its factors, what a product needs, and the vectors of the iteration.

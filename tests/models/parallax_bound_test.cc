@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
@@ -29,7 +30,8 @@ Vector3d direction(Random& random) {
 }
 
 // Pairs of cameras a unit apart, in any attitude, and points in any direction at 1e-8 to 1e8 of it,
-// each seen by one pair. What was observed does not matter to the derivatives.
+// each seen by one pair. What was observed matters to the derivatives as far only as it tells on
+// which side of its cameras a point is.
 Problem pairs_of_cameras(int pairs, int points_per_pair, std::uint64_t seed) {
   Random random(seed);
   Problem problem;
@@ -55,7 +57,8 @@ Problem pairs_of_cameras(int pairs, int points_per_pair, std::uint64_t seed) {
   return problem;
 }
 
-double smallest_eigenvalue(const Problem& problem, PointModel points) {
+// Of the block of each point, ascending.
+std::vector<Vector3d> eigenvalues(const Problem& problem, PointModel points) {
   linalg::ThreadPool pool(2);
   Objective objective(problem,
                       {.lens = Lens::fixed,
@@ -69,12 +72,18 @@ double smallest_eigenvalue(const Problem& problem, PointModel points) {
   Eigen::VectorXd residual(objective.layout().residuals());
   objective.linearize(state, residual.data(), J);
   normal.form(J, residual.data(), pool);
-  double smallest = std::numeric_limits<double>::infinity();
+  std::vector<Vector3d> result;
   for (std::size_t i = 0; i < normal.C.size(); i += 9) {
     const Eigen::Map<const Eigen::Matrix3d> C(&normal.C[i]);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(C, Eigen::EigenvaluesOnly);
-    smallest = std::min(smallest, eigen.eigenvalues()[0]);
+    result.push_back(eigen.eigenvalues());
   }
+  return result;
+}
+
+double smallest_eigenvalue(const Problem& problem, PointModel points) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Vector3d& each : eigenvalues(problem, points)) smallest = std::min(smallest, each[0]);
   return smallest;
 }
 
@@ -83,6 +92,31 @@ TEST(ParallaxBound, HoldsForPmbaAtAnyDepth) {
   const double found = smallest_eigenvalue(pairs_of_cameras(1000, 100, 1), PointModel::pmba);
   EXPECT_GE(found, 0.38196);
   EXPECT_LE(found, bound + 1e-6) << "[Liu18, Theorem 1] has 1";
+}
+
+// A point at infinity across a line of n evenly spaced cameras is seen from the share f of the way
+// between its anchors: its block is that of [sum f^2, sum f; sum f, n] and n. So the condition
+// number, at least (3 + sqrt 5) / (3 - sqrt 5) for two cameras, grows with them [Liu18, Table 3].
+TEST(ParallaxBound, ConditionOfAPointAtInfinityGrowsWithTheCamerasOfALine) {
+  for (std::size_t n = 2; n <= 4; ++n) {
+    Problem problem;
+    problem.points = {0, 0, -1e7};
+    Eigen::Matrix2d plane = Eigen::Matrix2d::Zero();
+    for (std::size_t k = 0; k < n; ++k) {
+      const double f = static_cast<double>(k) / static_cast<double>(n - 1);
+      plane += Eigen::Vector2d(f, 1) * Eigen::Vector2d(f, 1).transpose();
+      problem.cameras.insert(problem.cameras.end(), {0, 0, 0, -f, 0, 0, 1, 0, 0});
+      problem.observation_camera.push_back(static_cast<std::int32_t>(k));
+      problem.observation_point.push_back(0);
+      problem.observations.insert(problem.observations.end(), {-1e-7 * f, 0});
+    }
+    const Eigen::Vector3d eigen = eigenvalues(problem, PointModel::pmba).front();
+    const Eigen::Vector2d expected =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(plane).eigenvalues();
+    EXPECT_NEAR(eigen[0], expected[0], 1e-5) << n << " cameras";
+    EXPECT_NEAR(eigen[2], expected[1], 1e-5) << n << " cameras";
+    EXPECT_EQ(eigen[2] > 10 * eigen[0], n == 4) << n << " cameras";
+  }
 }
 
 // It is what tells pmba from the others: these have blocks as close to singular as one likes.

@@ -1,0 +1,141 @@
+// What an elimination subtracts from the reduced matrix, coupling by coupling; see kernel_table.h
+// for U, y and W. K unknowns per kept block, E per eliminated block.
+
+#pragma once
+
+#include <raybundle/linalg/kernels/block_kernels_impl.h>
+
+namespace raybundle::linalg::RAYBUNDLE_ISA {
+namespace {
+
+// What two couplings of an eliminated block subtract from the reduced matrix.
+template <int R, int K, int E, bool anchored>
+struct CouplingProducts;
+
+// From the rows themselves: cheaper than W while R < E, and a coupling has few rows, mostly one.
+template <int R, int K, int E>
+struct CouplingProducts<R, K, E, false> {
+  [[gnu::always_inline]] static void form(const EliminationView& /*view*/, Index /*e*/) {}
+
+  [[gnu::always_inline]] static void prefetch_coupling(const EliminationView& view, Index c) {
+    prefetch<2 * R * K * 8>(view.J_kept + row_begin(view.kept, c) * R * K);
+    prefetch<2 * R * E * 8>(view.U + row_begin(view.kept, c) * R * E);
+  }
+
+  // v -= J^T U y.
+  [[gnu::always_inline]] static void reduce(const EliminationView& view, Index e, Index c,
+                                            Row<K>& v) {
+    for_rows_of(view.kept, c, [&](Index row) {
+      for (Index k = row * R; k < (row + 1) * R; ++k) {
+        v.add(-Row<E>::dot(view.U + k * E, view.y + e * E), Row<K>::load(view.J_kept + k * K));
+      }
+    });
+  }
+
+  // A -= J_a^T U_a U_b^T J_b for one row of a and one of b.
+  [[gnu::always_inline]] static void subtract_row(const EliminationView& view, Index row_a,
+                                                  Index row_b, double* A, Index stride) {
+    Row<K> right[R] = {};  // U_a U_b^T J_b
+    for (int r = 0; r < R; ++r) {
+      const double* U_a = view.U + (row_a * R + r) * E;
+      for (int s = 0; s < R; ++s) {
+        const Index k = row_b * R + s;
+        right[r].add(Row<E>::dot(U_a, view.U + k * E), Row<K>::load(view.J_kept + k * K));
+      }
+    }
+    const double* J_a = view.J_kept + row_a * R * K;
+#pragma GCC unroll 12
+    for (int i = 0; i < K; ++i) {
+      auto sum = Row<K>::load(A + i * stride);
+      for (int r = 0; r < R; ++r) sum.add(-J_a[r * K + i], right[r]);
+      sum.store(A + i * stride);
+    }
+  }
+
+  [[gnu::always_inline]] static void subtract(const EliminationView& view, Index /*e*/, Index c,
+                                              Index other, double* A, Index stride) {
+    for_rows_of(view.kept, c, [&](Index row) {
+      for_rows_of(view.kept, other, [&](Index next) { subtract_row(view, row, next, A, stride); });
+    });
+  }
+};
+
+// By W, into which the damping of anchored leaves goes.
+template <int R, int K, int E>
+struct CouplingProducts<R, K, E, true> {
+  // W^T = M^T (J_e^T J_k - D Z)
+  [[gnu::always_inline]] static void form(const EliminationView& view, Index e) {
+    const double* M = view.M + e * E * E;
+    const double* D = view.D + e * E;
+    for (Index c = view.eliminated.begin[e]; c < view.eliminated.begin[e + 1]; ++c) {
+      Row<K> W[E] = {};
+      for_rows_of(view.kept, c, [&](Index row) {
+        for (Index k = row * R; k < (row + 1) * R; ++k) {
+          const auto x = Row<K>::load(view.J_kept + k * K);
+          for (int i = 0; i < E; ++i) W[i].add(view.U[k * E + i], x);
+        }
+      });
+      const Index anchor = view.anchors.of_coupling[c];
+      for (int k = 0; anchor >= 0 && k < E; ++k) {
+        const auto Z = Row<K>::load(view.anchors.Z + (anchor * E + k) * K);
+        for (int i = 0; i < E; ++i) W[i].add(-M[k * E + i] * D[k], Z);
+      }
+      for (int i = 0; i < E; ++i) W[i].store(view.W + (c * E + i) * K);
+    }
+  }
+
+  [[gnu::always_inline]] static void prefetch_coupling(const EliminationView& view, Index c) {
+    prefetch<E * K * 8>(view.W + c * E * K);
+    const Index anchor = view.anchors.of_coupling[c];
+    if (anchor >= 0) prefetch<E * K * 8>(view.anchors.Z + anchor * E * K);
+  }
+
+  // v -= W y.
+  [[gnu::always_inline]] static void reduce(const EliminationView& view, Index e, Index c,
+                                            Row<K>& v) {
+    for (int i = 0; i < E; ++i) {
+      v.add(-view.y[e * E + i], Row<K>::load(view.W + (c * E + i) * K));
+    }
+  }
+
+  // A -= W_a W_b^T - Z_a^T D Z_b.
+  [[gnu::always_inline]] static void subtract(const EliminationView& view, Index e, Index c,
+                                              Index other, double* A, Index stride) {
+    const double* W_a = view.W + c * E * K;
+    const double* W_b = view.W + other * E * K;
+    const Index a = view.anchors.of_coupling[c], b = view.anchors.of_coupling[other];
+    if (a < 0 || b < 0) {
+      Row<K> right[E];
+      for (int k = 0; k < E; ++k) right[k] = Row<K>::load(W_b + k * K);
+      subtract_product<E>(W_a, right, A, stride);
+      return;
+    }
+    double left[2 * E * K];
+    Row<K> right[2 * E];
+    for (int k = 0; k < E; ++k) {
+      const double d = -view.D[e * E + k];
+      for (int i = 0; i < K; ++i) {
+        left[k * K + i] = W_a[k * K + i];
+        left[(E + k) * K + i] = d * view.anchors.Z[(a * E + k) * K + i];
+      }
+      right[k] = Row<K>::load(W_b + k * K);
+      right[E + k] = Row<K>::load(view.anchors.Z + (b * E + k) * K);
+    }
+    subtract_product<2 * E>(left, right, A, stride);
+  }
+
+  // A -= left^T right.
+  template <int rows>
+  [[gnu::always_inline]] static void subtract_product(const double* left, const Row<K>* right,
+                                                      double* A, Index stride) {
+#pragma GCC unroll 12
+    for (int i = 0; i < K; ++i) {
+      auto sum = Row<K>::load(A + i * stride);
+      for (int k = 0; k < rows; ++k) sum.add(-left[k * K + i], right[k]);
+      sum.store(A + i * stride);
+    }
+  }
+};
+
+}  // namespace
+}  // namespace raybundle::linalg::RAYBUNDLE_ISA
