@@ -37,7 +37,9 @@ double seconds_since(Clock::time_point start) {
 /// Every option with its default; the command line is `FILE --name value ...`.
 std::map<std::string, std::string> default_arguments() {
   return {{"linear-solver", "dense_schur"},    // dense_schur, sparse_schur, iterative_schur
-          {"preconditioner", "schur_jacobi"},  // jacobi, schur_jacobi; of iterative_schur
+          {"preconditioner", "schur_jacobi"},  // of iterative_schur; or jacobi, cluster_jacobi, ...
+          {"clustering", "single_linkage"},    // canonical_views, single_linkage; of cluster_...
+          {"explicit", "0"},                   // 1: iterative_schur stores the Schur complement
           {"dense-library", "eigen"},          // eigen, lapack
           {"sparse-library", "suite_sparse"},  // suite_sparse, cx_sparse, eigen_sparse
           {"ordering", "points"},              // points (eliminated first), auto
@@ -128,6 +130,9 @@ ceres::Solver::Options solver_options(const std::map<std::string, std::string>& 
   ceres::Solver::Options options;
   choose(ceres::StringToLinearSolverType, "linear-solver", &options.linear_solver_type);
   choose(ceres::StringToPreconditionerType, "preconditioner", &options.preconditioner_type);
+  choose(ceres::StringToVisibilityClusteringType, "clustering",
+         &options.visibility_clustering_type);
+  options.use_explicit_schur_complement = number("explicit") != 0;
   choose(ceres::StringToDenseLinearAlgebraLibraryType, "dense-library",
          &options.dense_linear_algebra_library_type);
   choose(ceres::StringToSparseLinearAlgebraLibraryType, "sparse-library",
