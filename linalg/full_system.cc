@@ -170,7 +170,12 @@ void FullSystem::assemble(SymmetricBlocks& A, double* v) {
   add_anchors(A);
 }
 
-void FullSystem::diagonal_blocks(Blocks /*which: nothing is eliminated*/, DiagonalBlocks& out) {
+void FullSystem::reduced_diagonal(DiagonalBlocks& out, double* v) {
+  gradient(v);
+  diagonal_blocks(out);
+}
+
+void FullSystem::diagonal_blocks(DiagonalBlocks& out) {
   out.runs.resize(2);
   std::size_t next = 0;
   for (const Side side : {Side::hubs, Side::leaves}) {

@@ -17,7 +17,8 @@ class FullSystem final : public ReducedSystem {
   SymmetricPattern pattern() const override;
   void assemble(SymmetricBlocks& A, double* v) override;
   double expand(const double* x, double* step) override;
-  void diagonal_blocks(Blocks which, DiagonalBlocks& out) override;
+  void diagonal_blocks(DiagonalBlocks& out) override;
+  void reduced_diagonal(DiagonalBlocks& out, double* v) override;
 
  private:
   EliminationView view() const;

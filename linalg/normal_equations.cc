@@ -6,40 +6,40 @@ namespace raybundle::linalg {
 
 NormalEquations::NormalEquations(const BlockLayout& block_layout)
     : layout(&block_layout),
-      B(index(layout->size(Side::hubs) * layout->hub_size)),
       C(index(layout->size(Side::leaves) * layout->leaf_size)),
-      gradient(index(layout->unknowns())) {
-  if (!layout->anchored()) return;
-  own_gradient_.resize(index(layout->size(Side::hubs)));
-  hub_diagonal_.resize(own_gradient_.size());
-  products_.resize(index(layout->anchors() * (layout->leaf_size + 1) * layout->hub_size));
-}
+      gradient(index(layout->unknowns())),
+      hub_diagonal_(index(layout->size(Side::hubs))),
+      own_gradient_(layout->anchored() ? hub_diagonal_.size() : 0) {}
 
 void NormalEquations::form(const BlockJacobian& J, const double* r, ThreadPool& pool) {
   const BlockKernels& kernels = block_kernels(*layout);
-  const NormalView normal = {B.data(),
-                             C.data(),
-                             gradient.data(),
-                             gradient.data() + layout->offset(Side::leaves),
-                             own_gradient_.data(),
-                             hub_diagonal_.data(),
-                             products_.data()};
-  for (const Side side : {Side::leaves, Side::hubs}) {  // anchors take from their leaves
-    const auto kernel =
-        side == Side::hubs ? kernels.normal_blocks_hubs : kernels.normal_blocks_leaves;
-    for_blocks(*layout, side, pool, [&](std::int64_t first, std::int64_t last) {
-      kernel(view(J), r, first, last, normal);
-    });
+  double* g_leaf = gradient.data() + layout->offset(Side::leaves);
+  const int size = layout->hub_size;
+  const int rows = sums_of_hub(layout->anchored());
+  const double* sums = sums_.form(
+      *layout, std::int64_t{size} * rows, pool,
+      [&](std::int64_t first, std::int64_t last, std::int64_t /*piece*/, double* of_hubs) {
+        kernels.normal_equations(view(J), r, first, last, {C.data(), g_leaf, of_hubs});
+      });
+  for (std::int64_t i = 0; i < layout->size(Side::hubs); ++i) {
+    const double* of_hub = sums + i / size * size * rows + i % size;
+    hub_diagonal_[index(i)] = of_hub[0];
+    gradient[index(i)] = of_hub[size];
+    if (!layout->anchored()) continue;
+    own_gradient_[index(i)] = of_hub[size];
+    gradient[index(i)] += of_hub[2 * size];
   }
 }
 
 void NormalEquations::diagonal_blocks(const BlockJacobian& J, Side side, std::vector<double>& H,
                                       ThreadPool& pool) const {
-  H = side == Side::hubs ? B : C;
-  const auto kernel = block_kernels(*layout).add_anchor_blocks;
-  if (side == Side::leaves || kernel == nullptr) return;
-  for_blocks(*layout, Side::hubs, pool, [&](std::int64_t first, std::int64_t last) {
-    kernel(view(J), products_.data(), first, last, H.data());
+  if (side == Side::leaves) {
+    H = C;
+    return;
+  }
+  H.resize(index(layout->size(side) * layout->hub_size));
+  for_blocks(*layout, side, pool, [&](std::int64_t first, std::int64_t last) {
+    block_kernels(*layout).hub_squares(view(J), C.data(), first, last, H.data());
   });
 }
 
@@ -48,13 +48,9 @@ template <class Visit>
 void NormalEquations::for_diagonal(Visit&& visit) const {
   std::size_t i = 0;
   for (const double d : hub_diagonal_) visit(i++, d);
-  for (const Side side : {Side::hubs, Side::leaves}) {
-    if (side == Side::hubs && layout->anchored()) continue;
-    const int size = layout->block_size(side);
-    const double* block = blocks(side);
-    for (std::int64_t b = 0; b < layout->block_count(side); ++b, block += size * size) {
-      for (int k = 0; k < size; ++k) visit(i++, block[k * size + k]);
-    }
+  const int size = layout->leaf_size;
+  for (std::size_t b = 0; b < C.size(); b += index(size * size)) {
+    for (int k = 0; k < size; ++k) visit(i++, C[b + index(k * size + k)]);
   }
 }
 

@@ -55,9 +55,10 @@ class ReducedSystem {
   /// The full step p from x: back-substitution [Qu18, Eq. 3.67, 3.73]. Returns |J p|^2.
   virtual double expand(const double* x, double* step) = 0;
 
-  enum class Blocks { undiminished, reduced };
-  /// The diagonal blocks of the damped H on the kept side, or of A.
-  virtual void diagonal_blocks(Blocks which, DiagonalBlocks& out) = 0;
+  /// The diagonal blocks of the damped H on the kept side.
+  virtual void diagonal_blocks(DiagonalBlocks& out) = 0;
+  /// Those of A, and v.
+  virtual void reduced_diagonal(DiagonalBlocks& out, double* v) = 0;
 };
 
 /// `layout` and `pool` outlive the system. No side to eliminate: the full system.

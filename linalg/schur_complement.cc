@@ -66,7 +66,10 @@ void SchurComplement::factor() {
   constexpr std::int64_t grain = 128;
   std::mutex mutex;
   std::vector<std::int64_t> deficient;
-  const double* H = at_.normal->blocks(eliminated_);
+  if (eliminated_ == Side::hubs) {
+    at_.normal->diagonal_blocks(*at_.J, eliminated_, hub_blocks_, pool_);
+  }
+  const double* H = eliminated_blocks();
   parallel_for(
       pool_, layout_.block_count(eliminated_), grain, [&](std::int64_t first, std::int64_t last) {
         std::array<std::int64_t, grain> failed;
@@ -82,12 +85,16 @@ void SchurComplement::factor() {
   factor_deficient(deficient);
 }
 
+const double* SchurComplement::eliminated_blocks() const {
+  return eliminated_ == Side::hubs ? hub_blocks_.data() : at_.normal->C.data();
+}
+
 void SchurComplement::factor_deficient(const std::vector<std::int64_t>& blocks) {
   deficient_blocks_ = static_cast<std::int64_t>(blocks.size());
   const int size = layout_.block_size(eliminated_);
   std::array<double, 144> A;
   for (const std::int64_t e : blocks) {
-    std::copy_n(at_.normal->blocks(eliminated_) + e * size * size, size * size, A.begin());
+    std::copy_n(eliminated_blocks() + e * size * size, size * size, A.begin());
     for (int i = 0; i < size; ++i) A[index(i * size + i)] += damping(eliminated_)[e * size + i];
     pseudo_inverse_factor(A.data(), size, M_.data() + e * size * size);
   }
@@ -120,25 +127,14 @@ void SchurComplement::apply(const double* x, double* y) {
   }
 }
 
-// One pass over the Jacobian: each piece of the leaves sums its part of all hubs, and the parts are
-// added in their order.
 void SchurComplement::apply_to_hubs(const double* x, double* y) {
-  constexpr std::int64_t grain = 128;
-  const Chunks pieces = chunks(layout_.leaves, grain, product_parts(layout_.rows, layout_.hubs));
-  parts_.resize(index(pieces.pieces * size()));
-  pool_.run(pieces.pieces, [&](std::int64_t piece) {
-    double* part = parts_.data() + piece * size();
-    std::fill_n(part, size(), 0.0);
-    kernels_.multiply(view(), x, pieces.begin(piece), pieces.end(piece), scratch(piece), part);
-  });
+  const double* sums = product_sums_.form(
+      layout_, layout_.hub_size, pool_,
+      [&](std::int64_t first, std::int64_t last, std::int64_t piece, double* part) {
+        kernels_.multiply(view(), x, first, last, scratch(piece), part);
+      });
   const double* d = damping(kept_);
-  parallel_for(pool_, size(), 1024, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t i = first; i < last; ++i) y[i] = d[i] * x[i];
-    for (std::int64_t k = 0; k < pieces.pieces; ++k) {
-      const double* part = parts_.data() + k * size();
-      for (std::int64_t i = first; i < last; ++i) y[i] += part[i];
-    }
-  });
+  for_entries(size(), pool_, [&](std::size_t i) { y[i] = d[i] * x[i] + sums[i]; });
 }
 
 void SchurComplement::apply_to_leaves(const double* x, double* y) {
@@ -166,19 +162,12 @@ double SchurComplement::expand(const double* x, double* step) {
 
 SymmetricPattern SchurComplement::pattern() const { return reduced_pattern(layout_, eliminated_); }
 
-// What block row a has by its own rows, H_aa + D_a, and v_a = g_a.
+// What block row a has without its rows: D_a, and v_a = g_a.
 void SchurComplement::start_row(SymmetricBlocks& A, std::int64_t a, double* v) const {
   const int size = layout_.block_size(kept_);
-  const double* H = at_.normal->blocks(kept_) + a * size * size;
-  const double* d = damping(kept_) + a * size;
-  const double* g = own_gradient() + a * size;
   A.set_zero(a);
-  for (int i = 0; i < size; ++i) {
-    double* row = A.row(a) + i * A.stride(a);
-    std::copy_n(H + i * size, size, row);
-    row[i] += d[i];
-    v[a * size + i] = g[i];
-  }
+  for (int i = 0; i < size; ++i) A.row(a)[i * A.stride(a) + i] = damping(kept_)[a * size + i];
+  std::copy_n(own_gradient() + a * size, size, v + a * size);
 }
 
 void SchurComplement::assemble(SymmetricBlocks& A, double* v) {
@@ -195,31 +184,59 @@ void SchurComplement::assemble(SymmetricBlocks& A, double* v) {
       }
       const BlockRowView row = {A.row(a), A.stride(a), slot};
       start_row(A, a, v);
-      kernels_.subtract_products(view(), a, row, v);
+      kernels_.add_products(view(), a, row, v);
     }
   });
 }
 
-void SchurComplement::diagonal_blocks(Blocks which, DiagonalBlocks& out) {
-  const int size = layout_.block_size(kept_);
-  const std::int64_t count = layout_.block_count(kept_);
-  out.runs.resize(1);
-  DiagonalBlocks::Run& run = out.runs.front();
-  run.size = size;
-  run.count = count;
-  if (which == Blocks::undiminished) {
-    at_.normal->diagonal_blocks(*at_.J, kept_, run.values, pool_);
+void SchurComplement::diagonal_blocks(DiagonalBlocks& out) {
+  start_diagonal(out);
+  std::vector<double>& H = out.runs.front().values;
+  at_.normal->diagonal_blocks(*at_.J, kept_, H, pool_);
+  damp_diagonal(out);
+}
+
+void SchurComplement::reduced_diagonal(DiagonalBlocks& out, double* v) {
+  start_diagonal(out);
+  std::vector<double>& A = out.runs.front().values;
+  if (kept_ == Side::hubs) {
+    reduced_diagonal_of_hubs(A.data(), v);
   } else {
-    run.values.resize(index(count * size * size));
+    gradient(v);
     for_blocks(layout_, kept_, pool_, [&](std::int64_t first, std::int64_t last) {
-      kernels_.diagonal_blocks(view(), at_.normal->blocks(kept_), first, last, run.values.data());
+      kernels_.diagonal_blocks(view(), first, last, A.data());
     });
   }
-  const double* d = damping(kept_);
-  for (std::int64_t a = 0; a < count; ++a) {
-    for (int i = 0; i < size; ++i) {
-      run.values[index((a * size + i) * size + i)] += d[a * size + i];
+  damp_diagonal(out);
+}
+
+void SchurComplement::reduced_diagonal_of_hubs(double* A, double* v) {
+  const std::int64_t size = layout_.hub_size;
+  const double* sums =
+      diagonal_sums_.form(layout_, size * (size + 1), pool_,
+                          [&](std::int64_t first, std::int64_t last, std::int64_t /*piece*/,
+                              double* part) { kernels_.add_diagonal(view(), first, last, part); });
+  for (std::int64_t a = 0; a < layout_.hubs; ++a, sums += size * (size + 1)) {
+    std::copy_n(sums, size * size, A + a * size * size);
+    for (std::int64_t i = 0; i < size; ++i) {
+      v[a * size + i] = own_gradient()[a * size + i] + sums[size * size + i];
     }
+  }
+}
+
+void SchurComplement::start_diagonal(DiagonalBlocks& out) const {
+  out.runs.resize(1);
+  DiagonalBlocks::Run& run = out.runs.front();
+  run.size = layout_.block_size(kept_);
+  run.count = layout_.block_count(kept_);
+  run.values.resize(index(run.count * run.size * run.size));
+}
+
+void SchurComplement::damp_diagonal(DiagonalBlocks& out) const {
+  DiagonalBlocks::Run& run = out.runs.front();
+  const double* d = damping(kept_);
+  for (std::int64_t i = 0; i < run.count * run.size; ++i) {
+    run.values[index(i * run.size + i % run.size)] += d[i];
   }
 }
 

@@ -1,18 +1,10 @@
 #pragma once
 
+#include <raybundle/linalg/hub_sums.h>
 #include <raybundle/linalg/large_vector.h>
 #include <raybundle/linalg/reduced_system.h>
 
-#include <algorithm>
-
 namespace raybundle::linalg {
-
-/// Into how many parts at most an implicit product that keeps the hubs is cut, each with sums of
-/// all of them: enough for the threads, and few beside the rows.
-constexpr std::int64_t product_parts(std::int64_t rows, std::int64_t hubs) {
-  constexpr std::int64_t few = 8, rows_per_hub = 16;
-  return std::clamp(rows / (rows_per_hub * hubs + 1), few, max_chunks);
-}
 
 /// The reduced system after eliminating one side. With k the kept and e the eliminated side,
 /// M M^T = (H_ee + D_e)^-1 block by block, U = J_e M and y = M^T g_e,
@@ -34,7 +26,8 @@ class SchurComplement final : public ReducedSystem {
   SymmetricPattern pattern() const override;
   void assemble(SymmetricBlocks& A, double* v) override;
   double expand(const double* x, double* step) override;
-  void diagonal_blocks(Blocks which, DiagonalBlocks& out) override;
+  void diagonal_blocks(DiagonalBlocks& out) override;
+  void reduced_diagonal(DiagonalBlocks& out, double* v) override;
 
   /// Eliminated blocks that Cholesky refused in the last prepare().
   std::int64_t deficient_blocks() const { return deficient_blocks_; }
@@ -42,12 +35,16 @@ class SchurComplement final : public ReducedSystem {
  private:
   EliminationView view();
   const double* own_gradient() const;
+  const double* eliminated_blocks() const;
   void factor();
   void factor_deficient(const std::vector<std::int64_t>& blocks);
   void transform();
   void apply_to_hubs(const double* x, double* y);
   void apply_to_leaves(const double* x, double* y);
   double* scratch(std::int64_t piece) { return scratch_.data() + piece * most_residuals_; }
+  void reduced_diagonal_of_hubs(double* A, double* v);
+  void start_diagonal(DiagonalBlocks& out) const;
+  void damp_diagonal(DiagonalBlocks& out) const;
   void start_row(SymmetricBlocks& A, std::int64_t a, double* v) const;
   const double* damping(Side side) const { return damping_ + layout_.offset(side); }
 
@@ -63,7 +60,9 @@ class SchurComplement final : public ReducedSystem {
   std::vector<double> y_;            // block by block
   LargeVector<double> W_;            // coupling by coupling; of anchored leaves
   LargeVector<double> rows_;         // scratch of apply_to_leaves(), one number per residual
-  LargeVector<double> parts_;        // of the sums of apply_to_hubs(), piece by piece
+  HubSums product_sums_;             // of apply_to_hubs()
+  HubSums diagonal_sums_;            // of reduced_diagonal_of_hubs()
+  std::vector<double> hub_blocks_;   // of H, where hubs are eliminated
   std::int64_t most_residuals_ = 0;  // of an eliminated block
   LargeVector<double> scratch_;      // for the residuals of one, by piece of work
   std::vector<std::int32_t> slot_;   // per piece of work: kept block -> slot in a block row

@@ -8,10 +8,15 @@
 namespace raybundle {
 
 Convergence::Convergence(const Options& options, std::int64_t residuals, double rounding)
-    : options_(options),
-      rounding_(rounding),
-      cost_resolution_(std::numeric_limits<double>::epsilon() *
-                       std::sqrt(static_cast<double>(residuals))) {}
+    : options_(options), rounding_(rounding), residuals_(static_cast<double>(residuals)) {}
+
+// Of a sum of so many squares; and of residuals r_i that are each rounded to some 5 epsilon of their
+// observation u_i: |(5 epsilon u_i r_i)| for residuals of equal size, where rounding_ is
+// 1/2 |(1000 epsilon u_i)|^2.
+double Convergence::resolution(double cost) const {
+  const double of_sum = std::numeric_limits<double>::epsilon() * std::sqrt(residuals_) * cost;
+  return std::max(of_sum, 0.01 * std::sqrt(cost * rounding_ / residuals_));
+}
 
 std::optional<Termination> Convergence::test(const IterationRecord& record,
                                              const Situation& situation) {
@@ -50,13 +55,12 @@ std::optional<Termination> Convergence::test_rejected(const IterationRecord& rec
                                                       const Situation& situation) {
   ++failures_;
   // After failures the damping alone makes the model promise little: then only rounding excuses.
-  const double share =
-      failures_ == 1 ? std::max(options_.function_tolerance, cost_resolution_) : cost_resolution_;
-  const double flat = share * record.cost;
-  const bool converged =
-      record.step_norm > 0 && record.predicted_decrease <= flat &&
-      std::abs(record.candidate_cost - record.cost) <= flat &&
-      situation.promise <= std::max(flat, options_.function_tolerance * record.cost);
+  const double tolerance = options_.function_tolerance * record.cost;
+  const double rounding = resolution(record.cost);
+  const double flat = failures_ == 1 ? std::max(tolerance, rounding) : rounding;
+  const bool converged = record.step_norm > 0 && record.predicted_decrease <= flat &&
+                         std::abs(record.candidate_cost - record.cost) <= flat &&
+                         situation.promise <= std::max(flat, tolerance);
   if (converged) return Termination::function_tolerance;
   if (options_.max_damping && situation.next_damping > *options_.max_damping) {
     return Termination::damping_limit;

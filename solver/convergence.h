@@ -37,6 +37,8 @@ class Convergence {
   static std::string explain(Termination termination, const Summary& summary);
 
  private:
+  /// Below this a change of the cost is rounding.
+  double resolution(double cost) const;
   std::optional<Termination> test_accepted(const IterationRecord& record,
                                            const Situation& situation);
   std::optional<Termination> test_rejected(const IterationRecord& record,
@@ -44,7 +46,7 @@ class Convergence {
 
   Options options_;
   double rounding_;
-  double cost_resolution_;  // below this share of the cost a change is rounding
+  double residuals_;
   int failures_ = 0;
 };
 

@@ -36,9 +36,10 @@ class AdaptiveStep final : public StepSolver {
 
  private:
   double condition(linalg::Side side, const StepRequest& request) const {
-    return linalg::block_spectrum(request.at.normal->blocks(side), layout_.block_size(side),
-                                  layout_.block_count(side), request.damping + layout_.offset(side),
-                                  pool_)
+    std::vector<double> H;
+    request.at.normal->diagonal_blocks(*request.at.J, side, H, pool_);
+    return linalg::block_spectrum(H.data(), layout_.block_size(side), layout_.block_count(side),
+                                  request.damping + layout_.offset(side), pool_)
         .worst_condition;
   }
 

@@ -40,7 +40,6 @@ class PcgStep final : public StepSolver {
       scaled_.resize(x_.size());
     }
     build_preconditioner();
-    system_->gradient(b_.data());
     for (double& b : b_) b = -b;
     scale(b_.data());
     const auto result = pcg_.solve(
@@ -83,16 +82,20 @@ class PcgStep final : public StepSolver {
             .radius = request.radius};
   }
 
-  // The preconditioner of the scaled matrix: that of A, with its blocks scaled.
+  // The preconditioner of the scaled matrix: that of A, with its blocks scaled. The right side, b_,
+  // comes with the diagonal of A.
   void build_preconditioner() {
     using Form = linalg::Preconditioner::Form;
-    using Blocks = linalg::ReducedSystem::Blocks;
     const Preconditioner kind = preconditioner_kind_;
-    if (kind == Preconditioner::identity) return preconditioner_.build(Form::identity, blocks_);
-    const bool reduced = kind == Preconditioner::diag_s || kind == Preconditioner::block_diag_s;
-    const bool diagonal = kind == Preconditioner::diag_b || kind == Preconditioner::diag_s;
-    system_->diagonal_blocks(reduced ? Blocks::reduced : Blocks::undiminished, blocks_);
+    if (kind == Preconditioner::diag_s || kind == Preconditioner::block_diag_s) {
+      system_->reduced_diagonal(blocks_, b_.data());
+    } else {
+      system_->gradient(b_.data());
+      if (kind == Preconditioner::identity) return preconditioner_.build(Form::identity, blocks_);
+      system_->diagonal_blocks(blocks_);
+    }
     if (inverse_ != nullptr) scale_blocks();
+    const bool diagonal = kind == Preconditioner::diag_b || kind == Preconditioner::diag_s;
     preconditioner_.build(diagonal ? Form::diagonal : Form::blocks, blocks_);
   }
 

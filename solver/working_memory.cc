@@ -20,6 +20,14 @@ struct Sizes {
   double unknowns() const { return camera_unknowns() + point_unknowns(); }
 };
 
+/// What a pass over the points sums for the cameras (linalg/hub_sums.h).
+double camera_sums(const Sizes& n, double numbers) {
+  const double size = numbers * n.cameras;
+  return word * size *
+         static_cast<double>(linalg::HubSums::most_parts(static_cast<std::int64_t>(n.rows),
+                                                         static_cast<std::int64_t>(size)));
+}
+
 /// What every method has: objective, layout, states, Jacobian, normal equations, vectors.
 double engine(const Sizes& n) {
   const double objective = (32 + 24) * n.rows + 256 * n.cameras + 8 * n.points;
@@ -28,8 +36,8 @@ double engine(const Sizes& n) {
   const double states = 2 * word * (n.unknowns() + n.points);
   const double jacobian = n.residuals * 12 * word * n.rows + 27 * n.anchors * word * n.points;
   const double residuals = 2 * n.residuals * word * n.rows;
-  const double products = n.anchors > 0 ? 18 * n.cameras + 36 * n.anchors * n.points : 0;
-  const double blocks = word * (81 * n.cameras + 9 * n.points + products);
+  const double sums = camera_sums(n, n.anchors > 0 ? 27 : 18);
+  const double blocks = word * (9 * n.cameras + 9 * n.points) + sums;
   const double vectors = 4 * word * n.unknowns();
   return objective + layout + states + jacobian + residuals + blocks + vectors;
 }
@@ -49,12 +57,10 @@ double kept_unknowns(const Sizes& n, Elimination elimination) {
   return elimination == Elimination::points ? n.camera_unknowns() : n.point_unknowns();
 }
 
-/// The parts of a product that keeps the cameras (linalg/schur_complement.cc), or its rows.
+/// Of products and of the diagonal of the reduced matrix; or the rows of a product.
 double of_product(const Sizes& n, Elimination elimination) {
   if (elimination != Elimination::points) return n.residuals * word * n.rows;
-  const std::int64_t parts = linalg::product_parts(static_cast<std::int64_t>(n.rows),
-                                                   static_cast<std::int64_t>(n.cameras));
-  return static_cast<double>(parts) * word * n.camera_unknowns();
+  return camera_sums(n, 9) + camera_sums(n, 90);
 }
 
 /// Preconditioner with its factors, what a product needs, and the vectors of the iteration.

@@ -109,9 +109,8 @@ Json matrix_forms(const Problem& problem, linalg::ThreadPool& pool) {
   }
   {
     const double seconds = seconds_of([&] { at.at(state); });
-    const double held = bytes(at.J.hub_blocks) + bytes(at.J.leaf_blocks) + bytes(at.normal.B) +
-                        bytes(at.normal.C) + bytes(at.layout().hub_side) +
-                        bytes(at.layout().leaf_side);
+    const double held = bytes(at.J.hub_blocks) + bytes(at.J.leaf_blocks) + bytes(at.normal.C) +
+                        bytes(at.layout().hub_side) + bytes(at.layout().leaf_side);
     forms.push_back(entry("IS-cell", seconds, held));
   }
   return {{"rows", at.layout().residuals()},

@@ -44,19 +44,12 @@ template <int R, int W>
   return sum;
 }
 
-// J_b^T J_b and J_b^T r of one block.
-template <int R, int W>
-[[gnu::always_inline]] inline void squares(const SideView& side, const double* J, const double* r,
-                                           Index b, Row<W>* block, Row<W>& gradient) {
-  for_rows_ahead<R * W>(side, b, J, [&](Index row, Index) {
-    for (int k = 0; k < R; ++k) {
-      const double* J_row = J + (row * R + k) * W;
-      const auto x = Row<W>::load(J_row);
+// block += x^T x.
+template <int W>
+[[gnu::always_inline]] inline void add_square(const double* x, Row<W>* block) {
+  const auto row = Row<W>::load(x);
 #pragma GCC unroll 12
-      for (int i = 0; i < W; ++i) block[i].add(J_row[i], x);
-      gradient.add(r[row * R + k], x);
-    }
-  });
+  for (int i = 0; i < W; ++i) block[i].add(x[i], row);
 }
 
 template <int W>
@@ -102,52 +95,37 @@ struct Blocks {
     }
   }
 
-  static void normal_blocks_leaves(const JacobianView& J, const double* r, Index first, Index last,
-                                   const NormalView& normal) {
+  static void normal_equations(const JacobianView& J, const double* r, Index first, Index last,
+                               const NormalView& normal) {
     for (Index b = first; b < last; ++b) {
       Row<E> block[E] = {}, gradient = {};
-      squares<R, E>(J.leaves, J.J_leaf, r, b, block, gradient);
+      for_rows(J.leaves, b, [&](Index row, Index c) {
+        double* of_hub = normal.of_hubs + Index{J.hubs.block[c]} * K * sums_of_hub(anchored);
+        auto diagonal = Row<K>::load(of_hub), own = Row<K>::load(of_hub + K);
+        for (Index k = row * R; k < (row + 1) * R; ++k) {
+          add_square<E>(J.J_leaf + k * E, block);
+          gradient.add(r[k], Row<E>::load(J.J_leaf + k * E));
+          const auto x = Row<K>::load(J.J_hub + k * K);
+          diagonal.add_products(x, x);
+          own.add(r[k], x);
+        }
+        diagonal.store(of_hub);
+        own.store(of_hub + K);
+      });
       store_block<E>(block, normal.C + b * E * E);
       gradient.store(normal.g_leaf + b * E);
       if constexpr (anchored) {
         for (Index k = J.anchors.begin[b]; k < J.anchors.begin[b + 1]; ++k) {
-          anchor_products(J, k, normal.C + b * E * E, normal.g_leaf + b * E,
-                          normal.products + k * (E + 1) * K);
+          add_anchor(J, k, normal.C + b * E * E, normal.g_leaf + b * E, normal.of_hubs);
         }
       }
     }
   }
 
-  static void normal_blocks_hubs(const JacobianView& J, const double* r, Index first, Index last,
-                                 const NormalView& normal) {
-    for (Index b = first; b < last; ++b) {
-      Row<K> block[K] = {}, gradient = {};
-      squares<R, K>(J.hubs, J.J_hub, r, b, block, gradient);
-      store_block<K>(block, normal.B + b * K * K);
-      if constexpr (anchored) {
-        gradient.store(normal.own_g_hub + b * K);
-        Row<K> added = {};
-        for_anchors(J, b, normal.products, [&](const double* Z, const double* F) {
-          for (int j = 0; j < E; ++j) {
-            added.add_products(Row<K>::load(F + j * K), Row<K>::load(Z + j * K));
-          }
-          gradient.add(1, Row<K>::load(F + E * K));
-        });
-        added.store(normal.diagonal + b * K);
-        for (int i = 0; i < K; ++i) {
-          double& d = normal.diagonal[b * K + i];
-          d = normal.B[(b * K + i) * K + i] + 2 * d;
-        }
-      }
-      gradient.store(normal.g_hub + b * K);
-    }
-  }
-
-  // See NormalView.
-  [[gnu::always_inline]] static void anchor_products(const JacobianView& J, Index k,
-                                                     const double* C, const double* g,
-                                                     double* products) {
-    Row<K> F[E] = {}, Zg = {};
+  // F = J_leaf^T J_hub + 1/2 C Z of an anchor, by which it adds F^T Z + Z^T F to the block of J^T J
+  // of its hub.
+  [[gnu::always_inline]] static void anchor_product(const JacobianView& J, Index k, const double* C,
+                                                    Row<K>* F) {
     for_rows_of(J.leaves, J.anchors.coupling[k], [&](Index row) {
       for (Index i = row * R; i < (row + 1) * R; ++i) {
         const auto x = Row<K>::load(J.J_hub + i * K);
@@ -157,45 +135,56 @@ struct Blocks {
     for (int m = 0; m < E; ++m) {
       const auto Z = Row<K>::load(J.anchors.Z + (k * E + m) * K);
       for (int j = 0; j < E; ++j) F[j].add(0.5 * C[j * E + m], Z);
-      Zg.add(g[m], Z);
-    }
-    for (int j = 0; j < E; ++j) F[j].store(products + j * K);
-    Zg.store(products + E * K);
-  }
-
-  // Calls visit(Z, F) for the anchors that hub b is.
-  template <class Visit>
-  [[gnu::always_inline]] static void for_anchors(const JacobianView& J, Index b,
-                                                 const double* products, Visit&& visit) {
-    constexpr int size = (E + 1) * K;
-    for (Index p = J.hubs.begin[b]; p < J.hubs.begin[b + 1]; ++p) {
-      const Index ahead = coupling_ahead(J.hubs, b, p);
-      const Index next = ahead >= 0 ? J.anchors.of_coupling[ahead] : -1;
-      if (next >= 0) {
-        prefetch<E * K * 8>(J.anchors.Z + next * E * K);
-        prefetch<size * 8>(products + next * size);
-      }
-      const Index k = J.anchors.of_coupling[coupling(J.hubs, p)];
-      if (k >= 0) visit(J.anchors.Z + k * E * K, products + k * size);
     }
   }
 
-  static void add_anchor_blocks(const JacobianView& J, const double* products, Index first,
-                                Index last, double* H) {
+  // What an anchor adds to the diagonal of its hub, and to its gradient: Z^T g.
+  [[gnu::always_inline]] static void add_anchor(const JacobianView& J, Index k, const double* C,
+                                                const double* g, double* of_hubs) {
+    double* sums = of_hubs + Index{J.hubs.block[J.anchors.coupling[k]]} * K * sums_of_hub(true);
+    auto diagonal = Row<K>::load(sums), gradient = Row<K>::load(sums + 2 * K);
+    Row<K> F[E] = {};
+    anchor_product(J, k, C, F);
+    for (int m = 0; m < E; ++m) {
+      const auto Z = Row<K>::load(J.anchors.Z + (k * E + m) * K);
+      diagonal.add_products(F[m], Z);
+      diagonal.add_products(F[m], Z);
+      gradient.add(g[m], Z);
+    }
+    diagonal.store(sums);
+    gradient.store(sums + 2 * K);
+  }
+
+  static void hub_squares(const JacobianView& J, const double* C, Index first, Index last,
+                          double* H) {
     for (Index b = first; b < last; ++b) {
-      Row<K> block[K];
-      for (int i = 0; i < K; ++i) block[i] = Row<K>::load(H + (b * K + i) * K);
-      for_anchors(J, b, products, [&](const double* Z, const double* F) {
-        for (int j = 0; j < E; ++j) {
-          const auto Z_j = Row<K>::load(Z + j * K), F_j = Row<K>::load(F + j * K);
-#pragma GCC unroll 12
-          for (int i = 0; i < K; ++i) {
-            block[i].add(F[j * K + i], Z_j);
-            block[i].add(Z[j * K + i], F_j);
-          }
-        }
+      Row<K> block[K] = {};
+      for_rows_ahead<R * K>(J.hubs, b, J.J_hub, [&](Index row, Index) {
+        for (Index k = row * R; k < (row + 1) * R; ++k) add_square<K>(J.J_hub + k * K, block);
       });
+      if constexpr (anchored) {
+        for_couplings(J.hubs, b, [&](Index c) {
+          const Index k = J.anchors.of_coupling[c];
+          if (k >= 0) add_anchor_squares(J, k, C + Index{J.leaves.block[c]} * E * E, block);
+        });
+      }
       store_block<K>(block, H + b * K * K);
+    }
+  }
+
+  [[gnu::always_inline]] static void add_anchor_squares(const JacobianView& J, Index k,
+                                                        const double* C, Row<K>* block) {
+    Row<K> F[E] = {};
+    anchor_product(J, k, C, F);
+    for (int j = 0; j < E; ++j) {
+      const double* Z_j = J.anchors.Z + (k * E + j) * K;
+      double F_j[K];
+      F[j].store(F_j);
+#pragma GCC unroll 12
+      for (int i = 0; i < K; ++i) {
+        block[i].add(F_j[i], Row<K>::load(Z_j));
+        block[i].add(Z_j[i], F[j]);
+      }
     }
   }
 };
@@ -203,14 +192,8 @@ struct Blocks {
 template <int R, int HubSize, int LeafSize, bool anchored>
 constexpr BlockKernels make_block_kernels() {
   using Kernels = Blocks<R, HubSize, LeafSize, anchored>;
-  BlockKernels result = {&Kernels::multiply,
-                         &Kernels::transpose_multiply_hubs,
-                         &Kernels::transpose_multiply_leaves,
-                         &Kernels::normal_blocks_hubs,
-                         &Kernels::normal_blocks_leaves,
-                         nullptr};
-  if constexpr (anchored) result.add_anchor_blocks = &Kernels::add_anchor_blocks;
-  return result;
+  return {&Kernels::multiply, &Kernels::transpose_multiply_hubs,
+          &Kernels::transpose_multiply_leaves, &Kernels::normal_equations, &Kernels::hub_squares};
 }
 
 }  // namespace

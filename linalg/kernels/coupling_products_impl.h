@@ -1,5 +1,5 @@
-// What an elimination subtracts from the reduced matrix, coupling by coupling; see kernel_table.h
-// for U, y and W. K unknowns per kept block, E per eliminated block.
+// What the rows of eliminated blocks add to the reduced matrix, coupling by coupling; see
+// kernel_table.h for U, y and W. K unknowns per kept block, E per eliminated block.
 
 #pragma once
 
@@ -8,7 +8,19 @@
 namespace raybundle::linalg::RAYBUNDLE_ISA {
 namespace {
 
-// What two couplings of an eliminated block subtract from the reduced matrix.
+// A += left^T right, of N rows each.
+template <int N, int K>
+[[gnu::always_inline]] inline void add_product(const double* left, const Row<K>* right, double* A,
+                                               Index stride) {
+#pragma GCC unroll 12
+  for (int i = 0; i < K; ++i) {
+    auto sum = Row<K>::load(A + i * stride);
+    for (int k = 0; k < N; ++k) sum.add(left[k * K + i], right[k]);
+    sum.store(A + i * stride);
+  }
+}
+
+// What two couplings of an eliminated block, or twice the same, add to the reduced matrix.
 template <int R, int K, int E, bool anchored>
 struct CouplingProducts;
 
@@ -32,30 +44,28 @@ struct CouplingProducts<R, K, E, false> {
     });
   }
 
-  // A -= J_a^T U_a U_b^T J_b for one row of a and one of b.
-  [[gnu::always_inline]] static void subtract_row(const EliminationView& view, Index row_a,
-                                                  Index row_b, double* A, Index stride) {
-    Row<K> right[R] = {};  // U_a U_b^T J_b
+  // A += J_a^T (I - U U^T)_ab J_b for one row of a and one of b, both of one coupling or not.
+  template <bool same>
+  [[gnu::always_inline]] static void add_rows(const EliminationView& view, Index row_a, Index row_b,
+                                              double* A, Index stride) {
+    Row<K> right[R] = {};
     for (int r = 0; r < R; ++r) {
       const double* U_a = view.U + (row_a * R + r) * E;
+      if (same && row_a == row_b) right[r] = Row<K>::load(view.J_kept + (row_a * R + r) * K);
       for (int s = 0; s < R; ++s) {
         const Index k = row_b * R + s;
-        right[r].add(Row<E>::dot(U_a, view.U + k * E), Row<K>::load(view.J_kept + k * K));
+        right[r].add(-Row<E>::dot(U_a, view.U + k * E), Row<K>::load(view.J_kept + k * K));
       }
     }
-    const double* J_a = view.J_kept + row_a * R * K;
-#pragma GCC unroll 12
-    for (int i = 0; i < K; ++i) {
-      auto sum = Row<K>::load(A + i * stride);
-      for (int r = 0; r < R; ++r) sum.add(-J_a[r * K + i], right[r]);
-      sum.store(A + i * stride);
-    }
+    add_product<R, K>(view.J_kept + row_a * R * K, right, A, stride);
   }
 
-  [[gnu::always_inline]] static void subtract(const EliminationView& view, Index /*e*/, Index c,
-                                              Index other, double* A, Index stride) {
+  template <bool same>
+  [[gnu::always_inline]] static void add(const EliminationView& view, Index /*e*/, Index c,
+                                         Index other, double* A, Index stride) {
     for_rows_of(view.kept, c, [&](Index row) {
-      for_rows_of(view.kept, other, [&](Index next) { subtract_row(view, row, next, A, stride); });
+      for_rows_of(view.kept, other,
+                  [&](Index next) { add_rows<same>(view, row, next, A, stride); });
     });
   }
 };
@@ -98,42 +108,28 @@ struct CouplingProducts<R, K, E, true> {
     }
   }
 
-  // A -= W_a W_b^T - Z_a^T D Z_b.
-  [[gnu::always_inline]] static void subtract(const EliminationView& view, Index e, Index c,
-                                              Index other, double* A, Index stride) {
-    const double* W_a = view.W + c * E * K;
-    const double* W_b = view.W + other * E * K;
+  // A += Z_a^T D Z_b - W_a W_b^T, and J_a^T J_a where the two are the same.
+  template <bool same>
+  [[gnu::always_inline]] static void add(const EliminationView& view, Index e, Index c, Index other,
+                                         double* A, Index stride) {
+    if constexpr (same) {
+      for_rows_of(view.kept, c, [&](Index row) {
+        const double* J = view.J_kept + row * R * K;
+        Row<K> right[R];
+        for (int r = 0; r < R; ++r) right[r] = Row<K>::load(J + r * K);
+        add_product<R, K>(J, right, A, stride);
+      });
+    }
+    Row<K> right[E] = {};
+    for (int k = 0; k < E; ++k) right[k].add(-1, Row<K>::load(view.W + (other * E + k) * K));
+    add_product<E, K>(view.W + c * E * K, right, A, stride);
     const Index a = view.anchors.of_coupling[c], b = view.anchors.of_coupling[other];
-    if (a < 0 || b < 0) {
-      Row<K> right[E];
-      for (int k = 0; k < E; ++k) right[k] = Row<K>::load(W_b + k * K);
-      subtract_product<E>(W_a, right, A, stride);
-      return;
-    }
-    double left[2 * E * K];
-    Row<K> right[2 * E];
+    if (a < 0 || b < 0) return;
     for (int k = 0; k < E; ++k) {
-      const double d = -view.D[e * E + k];
-      for (int i = 0; i < K; ++i) {
-        left[k * K + i] = W_a[k * K + i];
-        left[(E + k) * K + i] = d * view.anchors.Z[(a * E + k) * K + i];
-      }
-      right[k] = Row<K>::load(W_b + k * K);
-      right[E + k] = Row<K>::load(view.anchors.Z + (b * E + k) * K);
+      right[k] = {};
+      right[k].add(view.D[e * E + k], Row<K>::load(view.anchors.Z + (b * E + k) * K));
     }
-    subtract_product<2 * E>(left, right, A, stride);
-  }
-
-  // A -= left^T right.
-  template <int rows>
-  [[gnu::always_inline]] static void subtract_product(const double* left, const Row<K>* right,
-                                                      double* A, Index stride) {
-#pragma GCC unroll 12
-    for (int i = 0; i < K; ++i) {
-      auto sum = Row<K>::load(A + i * stride);
-      for (int k = 0; k < rows; ++k) sum.add(-left[k * K + i], right[k]);
-      sum.store(A + i * stride);
-    }
+    add_product<E, K>(view.anchors.Z + a * E * K, right, A, stride);
   }
 };
 

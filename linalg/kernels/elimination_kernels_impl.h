@@ -188,8 +188,8 @@ struct Eliminate {
     return squares;
   }
 
-  static void subtract_products(const EliminationView& view, Index a, const BlockRowView& block_row,
-                                double* v) {
+  static void add_products(const EliminationView& view, Index a, const BlockRowView& block_row,
+                           double* v) {
     auto reduced = Row<K>::load(v + a * K);
     for (Index p = view.kept.begin[a]; p < view.kept.begin[a + 1]; ++p) {
       const Index ahead = coupling_ahead(view.kept, a, p);
@@ -197,22 +197,37 @@ struct Eliminate {
       const Index c = coupling(view.kept, p);
       const Index e = view.eliminated.block[c];
       Products::reduce(view, e, c, reduced);
-      for (Index q = position(view.eliminated, c); q < view.eliminated.begin[e + 1]; ++q) {
+      const auto block = [&](Index other) {
+        return block_row.values + Index{block_row.slot_of[view.kept.block[other]]} * K;
+      };
+      Products::template add<true>(view, e, c, c, block(c), block_row.stride);
+      for (Index q = position(view.eliminated, c) + 1; q < view.eliminated.begin[e + 1]; ++q) {
         const Index other = coupling(view.eliminated, q);
-        const Index slot = block_row.slot_of[view.kept.block[other]];
-        Products::subtract(view, e, c, other, block_row.values + slot * K, block_row.stride);
+        Products::template add<false>(view, e, c, other, block(other), block_row.stride);
       }
     }
     reduced.store(v + a * K);
   }
 
-  static void diagonal_blocks(const EliminationView& view, const double* H_kept, Index first,
-                              Index last, double* A_diagonal) {
+  static void add_diagonal(const EliminationView& view, Index first, Index last, double* sums) {
+    for (Index e = first; e < last; ++e) {
+      for_couplings(view.eliminated, e, [&](Index c) {
+        double* A = sums + Index{view.kept.block[c]} * K * (K + 1);
+        Products::template add<true>(view, e, c, c, A, K);
+        auto v = Row<K>::load(A + K * K);
+        Products::reduce(view, e, c, v);
+        v.store(A + K * K);
+      });
+    }
+  }
+
+  static void diagonal_blocks(const EliminationView& view, Index first, Index last,
+                              double* A_diagonal) {
     for (Index a = first; a < last; ++a) {
       double* A = A_diagonal + a * K * K;
-      for (int i = 0; i < K * K; ++i) A[i] = H_kept[a * K * K + i];
+      clear<K * K>(A);
       for_couplings(view.kept, a, [&](Index c) {
-        Products::subtract(view, view.eliminated.block[c], c, c, A, K);
+        Products::template add<true>(view, view.eliminated.block[c], c, c, A, K);
       });
     }
   }
@@ -232,14 +247,9 @@ struct Eliminate {
 template <int R, int K, int E, bool anchored>
 constexpr EliminationKernels make_elimination_kernels() {
   using Kernels = Eliminate<R, K, E, anchored>;
-  return {&Kernels::factor,
-          &Kernels::transform,
-          &Kernels::reduce_gradient,
-          &Kernels::project,
-          &Kernels::multiply,
-          &Kernels::back_substitute,
-          &Kernels::subtract_products,
-          &Kernels::diagonal_blocks,
+  return {&Kernels::factor,        &Kernels::transform,    &Kernels::reduce_gradient,
+          &Kernels::project,       &Kernels::multiply,     &Kernels::back_substitute,
+          &Kernels::add_products,  &Kernels::add_diagonal, &Kernels::diagonal_blocks,
           &Kernels::coupling_block};
 }
 

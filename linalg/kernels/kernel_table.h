@@ -43,20 +43,15 @@ struct JacobianView {
   AnchorView anchors;
 };
 
-/// Where normal equations go: J_hub^T J_hub by hub (B), J_leaf^T J_leaf by leaf (C) and J^T r. The
-/// rest is null without anchors: J_hub^T r, the diagonal of J^T J by hub, and by anchor, leaf x hub
-/// and one row more, the products
-///   F = J_leaf^T J_hub + 1/2 C Z  and  Z^T g_leaf,
-/// by which anchors add F^T Z + Z^T F to the block of J^T J of their hub.
+/// Where normal equations go: J_leaf^T J_leaf by leaf (C), J^T r of the leaves, and sums by hub:
+/// the diagonal of its block of J^T J, J_hub^T r and, with anchors, what they add to that.
 struct NormalView {
-  double* B;
   double* C;
-  double* g_hub;
   double* g_leaf;
-  double* own_g_hub;
-  double* diagonal;
-  double* products;
+  double* of_hubs;
 };
+/// How many rows of a hub those sums are.
+constexpr int sums_of_hub(bool anchored) { return anchored ? 3 : 2; }
 
 /// What one elimination works on: the Jacobian blocks of both sides, the damping of the eliminated
 /// one, and the factors: M and y block by block, U row by row, as J_e, W coupling by coupling
@@ -91,15 +86,13 @@ struct BlockKernels {
   /// y = J_leaf^T u for leaves [first, last).
   void (*transpose_multiply_leaves)(const JacobianView& J, const double* u, std::int64_t first,
                                     std::int64_t last, double* y);
-  /// All that is by hub, of hubs [first, last); the products of all leaves are there.
-  void (*normal_blocks_hubs)(const JacobianView& J, const double* r, std::int64_t first,
-                             std::int64_t last, const NormalView& normal);
-  /// C and g_leaf of leaves [first, last), and their anchors' products.
-  void (*normal_blocks_leaves)(const JacobianView& J, const double* r, std::int64_t first,
-                               std::int64_t last, const NormalView& normal);
-  /// Adds what anchors add to the blocks H of hubs [first, last); null without anchors.
-  void (*add_anchor_blocks)(const JacobianView& J, const double* products, std::int64_t first,
-                            std::int64_t last, double* H);
+  /// C and g_leaf of leaves [first, last); what they add by hub is added.
+  void (*normal_equations)(const JacobianView& J, const double* r, std::int64_t first,
+                           std::int64_t last, const NormalView& normal);
+  /// The diagonal blocks of J^T J of hubs [first, last), anchors included; C by leaf is not read
+  /// without them.
+  void (*hub_squares)(const JacobianView& J, const double* C, std::int64_t first, std::int64_t last,
+                      double* H);
 };
 
 struct EliminationKernels {
@@ -125,13 +118,17 @@ struct EliminationKernels {
   /// last); returns |J x|^2 of their rows. `u` as above.
   double (*back_substitute)(const EliminationView& view, const double* x_kept, std::int64_t first,
                             std::int64_t last, double* u, double* x_eliminated);
-  /// A_ab -= J_a^T U U^T J_b (or W_a W_b^T - Z_a^T D Z_b) for all b >= a, into the block row of
-  /// kept a, and v_a as reduce_gradient does.
-  void (*subtract_products)(const EliminationView& view, std::int64_t a, const BlockRowView& row,
-                            double* v);
-  /// A_aa = H_aa minus the same, for kept [first, last).
-  void (*diagonal_blocks)(const EliminationView& view, const double* H_kept, std::int64_t first,
-                          std::int64_t last, double* A_diagonal);
+  /// A_ab += J_a^T (I - U U^T) J_b, with anchors J_a^T J_b + Z_a^T D Z_b - W_a W_b^T, for all
+  /// b >= a, into the block row of kept a, and v_a as reduce_gradient does.
+  void (*add_products)(const EliminationView& view, std::int64_t a, const BlockRowView& row,
+                       double* v);
+  /// What the rows of eliminated [first, last) add to A_aa and v_a, for all kept a: `sums` has by
+  /// kept block a square, then a row.
+  void (*add_diagonal)(const EliminationView& view, std::int64_t first, std::int64_t last,
+                       double* sums);
+  /// A_aa without its damping, for kept [first, last).
+  void (*diagonal_blocks)(const EliminationView& view, std::int64_t first, std::int64_t last,
+                          double* A_diagonal);
   /// The block J_k^T J_e of coupling c, kept x eliminated, with `stride` between its rows.
   void (*coupling)(const EliminationView& view, std::int64_t c, double* E, std::int64_t stride);
 };

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <raybundle/linalg/block_layout.h>
+#include <raybundle/linalg/large_vector.h>
+#include <raybundle/linalg/parallel.h>
+
+#include <algorithm>
+
+namespace raybundle::linalg {
+
+/// Sums of some numbers for every hub over all leaves, in one pass over these: each piece of them
+/// adds to a part of its own, and the parts are added in their order.
+class HubSums {
+ public:
+  /// Calls add(first, last, piece, sums) for the pieces of the leaves, with the sums of that piece
+  /// so far, hub by hub, and returns those of all; they stay until the next call.
+  template <class Add>
+  const double* form(const BlockLayout& layout, std::int64_t numbers, ThreadPool& pool, Add&& add) {
+    constexpr std::int64_t grain = 128;
+    const std::int64_t size = layout.hubs * numbers;
+    const Chunks pieces = chunks(layout.leaves, grain, most_parts(layout.rows, size));
+    parts_.resize(index(std::max<std::int64_t>(pieces.pieces, 1) * size));
+    if (pieces.pieces == 0) std::fill_n(parts_.data(), size, 0.0);
+    pool.run(pieces.pieces, [&](std::int64_t piece) {
+      double* part = parts_.data() + piece * size;
+      std::fill_n(part, size, 0.0);
+      add(pieces.begin(piece), pieces.end(piece), piece, part);
+    });
+    parallel_for(pool, size, 1024, [&](std::int64_t first, std::int64_t last) {
+      double* sum = parts_.data();
+      for (std::int64_t k = 1; k < pieces.pieces; ++k) {
+        const double* part = parts_.data() + k * size;
+        for (std::int64_t i = first; i < last; ++i) sum[i] += part[i];
+      }
+    });
+    return parts_.data();
+  }
+
+  /// Enough parts for the threads, and few beside the rows; `size` numbers each.
+  static constexpr std::int64_t most_parts(std::int64_t rows, std::int64_t size) {
+    constexpr std::int64_t few = 8;
+    return std::clamp(rows / (2 * size + 1), few, max_chunks);
+  }
+
+ private:
+  LargeVector<double> parts_;
+};
+
+}  // namespace raybundle::linalg
