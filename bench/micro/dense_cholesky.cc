@@ -1,5 +1,5 @@
-// The dense Cholesky factorisation, n^3 / 3 multiplications and additions; beside it that of whatever
-// LAPACK is linked, on one thread.
+// The dense Cholesky factorisation, n^3 / 3 multiplications and additions; beside it that of
+// whatever LAPACK is linked, on one thread.
 
 #include <chrono>
 #include <cmath>

@@ -1,6 +1,6 @@
-// Micro benchmarks of the kernels, beside what the machine itself can do in the same run: the context
-// of the output has triad_<threads> in GB/s and peak_<threads> in GFlop/s. Options are those of Google
-// Benchmark; tools/roofline makes a table of the results.
+// Micro benchmarks of the kernels, beside what the machine itself can do in the same run: the
+// context of the output has triad_<threads> in GB/s and peak_<threads> in GFlop/s. Options are
+// those of Google Benchmark; tools/roofline makes a table of the results.
 
 #include <cstdio>
 #include <exception>

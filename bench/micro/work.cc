@@ -1,11 +1,12 @@
-// Bytes and flops of the kernels, derived from the arrays of linalg/block_layout.h, block_jacobian.h,
-// normal_equations.h and schur_complement.h, and the loops of linalg/kernels and models.
+// Bytes and flops of the kernels, derived from the arrays of linalg/block_layout.h,
+// block_jacobian.h, normal_equations.h and schur_complement.h, and the loops of linalg/kernels and
+// models.
 //
-// Per row (R residuals, K unknowns of a camera, E of a point): R K numbers of J_hub, R E of J_leaf and
-// of U, R of r, and the 4 bytes that say which camera. Per point: E E numbers of C and of M, E of D,
-// g, y and x, and 8 bytes of where its couplings begin. Walking by camera reads in addition the list
-// of couplings, 8 bytes a row. What there is per camera stays in the caches and is left out. A store
-// counts once, as STREAM counts it.
+// Per row (R residuals, K unknowns of a camera, E of a point): R K numbers of J_hub, R E of J_leaf
+// and of U, R of r, and the 4 bytes that say which camera. Per point: E E numbers of C and of M, E
+// of D, g, y and x, and 8 bytes of where its couplings begin. Walking by camera reads in addition
+// the list of couplings, 8 bytes a row. What there is per camera stays in the caches and is left
+// out. A store counts once, as STREAM counts it.
 
 #include <raybundle/bench/micro/work.h>
 
@@ -51,9 +52,9 @@ double product_flops(const Sizes& s) {
 
 }  // namespace
 
-// Flops of models/xyz_rows_impl.h with a BAL lens: 18 to camera coordinates, 43 for the lens and its
-// derivatives, 9 for the residual and the aspect, 4 for the cost, 2 x 15 for J_leaf and 2 x 9 for the
-// rotation (the derivative by the translation is J_leaf).
+// Flops of models/xyz_rows_impl.h with a BAL lens: 18 to camera coordinates, 43 for the lens and
+// its derivatives, 9 for the residual and the aspect, 4 for the cost, 2 x 15 for J_leaf and 2 x 9
+// for the rotation (the derivative by the translation is J_leaf).
 Work linearize_work(const Workload& w) {
   const Sizes s = sizes(w);
   return {observation_bytes(s) + s.rows * (s.J_hub + s.J_leaf + s.r), s.rows * 122};
