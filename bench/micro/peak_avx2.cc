@@ -1,0 +1,2 @@
+#define RAYBUNDLE_ISA avx2
+#include <raybundle/bench/micro/peak_impl.h>

@@ -1,0 +1,2 @@
+#define RAYBUNDLE_ISA avx512
+#include <raybundle/bench/micro/peak_impl.h>

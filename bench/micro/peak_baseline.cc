@@ -1,0 +1,2 @@
+#define RAYBUNDLE_ISA baseline
+#include <raybundle/bench/micro/peak_impl.h>
