@@ -10,8 +10,8 @@ namespace raybundle {
 Convergence::Convergence(const Options& options, std::int64_t residuals, double rounding)
     : options_(options), rounding_(rounding), residuals_(static_cast<double>(residuals)) {}
 
-// Of a sum of so many squares; and of residuals r_i that are each rounded to some 5 epsilon of their
-// observation u_i: |(5 epsilon u_i r_i)| for residuals of equal size, where rounding_ is
+// Of a sum of so many squares; and of residuals r_i that are each rounded to some 5 epsilon of
+// their observation u_i: |(5 epsilon u_i r_i)| for residuals of equal size, where rounding_ is
 // 1/2 |(1000 epsilon u_i)|^2.
 double Convergence::resolution(double cost) const {
   const double of_sum = std::numeric_limits<double>::epsilon() * std::sqrt(residuals_) * cost;

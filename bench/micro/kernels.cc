@@ -29,11 +29,8 @@ constexpr Kernel kernels[] = {
     {"reduced right side", [](Workload& w) { w.schur.gradient(w.y.data()); }, gradient_work},
     {"implicit Schur product", [](Workload& w) { w.schur.apply(w.x.data(), w.y.data()); },
      apply_work},
-    {"diagonal blocks",
-     [](Workload& w) {
-       w.schur.diagonal_blocks(linalg::ReducedSystem::Blocks::reduced, w.diagonal);
-     },
-     diagonal_blocks_work},
+    {"diagonal of S", [](Workload& w) { w.schur.reduced_diagonal(w.diagonal, w.y.data()); },
+     diagonal_work},
     {"explicit assembly", [](Workload& w) { w.schur.assemble(w.reduced_matrix(), w.y.data()); },
      assemble_work},
     {"back-substitution",

@@ -66,12 +66,12 @@ Work cost_work(const Workload& w) {
   return {observation_bytes(s), s.rows * 38};
 }
 
-// By point reads J_leaf and r, writes C and g; by camera reads J_hub and r. Both form whole blocks.
+// Reads J_hub, J_leaf and r by point, writes C and g; of cameras only the diagonal is formed.
 Work normal_work(const Workload& w) {
   const Sizes s = sizes(w);
-  const double by_point = s.rows * (s.J_leaf + s.r) + s.points * (s.begin + s.block + s.vector);
-  const double by_camera = s.rows * (s.J_hub + s.r + s.listed);
-  return {by_point + by_camera, s.rows * 2 * s.R * (s.K * (s.K + 1) + s.E * (s.E + 1))};
+  const double bytes =
+      s.rows * (s.J_hub + s.J_leaf + s.r + s.of_camera) + s.points * (s.begin + s.block + s.vector);
+  return {bytes, s.rows * 2 * s.R * (2 * s.K + s.E * (s.E + 1))};
 }
 
 // First M from C and D; then U from J_leaf and M, and y from g and M. Flops: a Cholesky factor and
@@ -99,10 +99,11 @@ Work apply_work(const Workload& w) {
           s.rows * 4 * s.R * (s.K + s.E)};
 }
 
-// By camera: J_hub and U.
-Work diagonal_blocks_work(const Workload& w) {
+// By point: J_hub, U and y; the right side comes with it.
+Work diagonal_work(const Workload& w) {
   const Sizes s = sizes(w);
-  return {s.rows * (s.J_hub + s.U + s.listed), s.rows * product_flops(s)};
+  return {s.rows * (s.J_hub + s.U + s.of_camera) + s.points * (s.begin + s.vector),
+          s.rows * (product_flops(s) + 2 * s.R * (s.E + s.K))};
 }
 
 // Reads at least J_hub, U, the list and y once and writes S; the flops are those of all couples of

@@ -16,7 +16,7 @@ Work normal_work(const Workload& w);
 Work prepare_work(const Workload& w);
 Work gradient_work(const Workload& w);
 Work apply_work(const Workload& w);
-Work diagonal_blocks_work(const Workload& w);
+Work diagonal_work(const Workload& w);
 Work assemble_work(const Workload& w);
 Work expand_work(const Workload& w);
 

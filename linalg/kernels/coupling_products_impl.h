@@ -38,9 +38,11 @@ struct CouplingProducts<R, K, E, false> {
   [[gnu::always_inline]] static void reduce(const EliminationView& view, Index e, Index c,
                                             Row<K>& v) {
     for_rows_of(view.kept, c, [&](Index row) {
-      for (Index k = row * R; k < (row + 1) * R; ++k) {
-        v.add(-Row<E>::dot(view.U + k * E, view.y + e * E), Row<K>::load(view.J_kept + k * K));
+      Row<R> Uy = {};
+      for (int i = 0; i < E; ++i) {
+        Uy.add(view.y[e * E + i], Row<R>::load(view.U + (row * E + i) * R));
       }
+      for (int k = 0; k < R; ++k) v.add(-Uy[k], Row<K>::load(view.J_kept + (row * R + k) * K));
     });
   }
 
@@ -48,13 +50,18 @@ struct CouplingProducts<R, K, E, false> {
   template <bool same>
   [[gnu::always_inline]] static void add_rows(const EliminationView& view, Index row_a, Index row_b,
                                               double* A, Index stride) {
+    const double* U_a = view.U + row_a * E * R;
+    const double* U_b = view.U + row_b * E * R;
+    Row<R> UU[R] = {};  // U_a U_b^T
+    for (int i = 0; i < E; ++i) {
+      const auto U_bi = Row<R>::load(U_b + i * R);
+      for (int r = 0; r < R; ++r) UU[r].add(U_a[i * R + r], U_bi);
+    }
     Row<K> right[R] = {};
     for (int r = 0; r < R; ++r) {
-      const double* U_a = view.U + (row_a * R + r) * E;
       if (same && row_a == row_b) right[r] = Row<K>::load(view.J_kept + (row_a * R + r) * K);
       for (int s = 0; s < R; ++s) {
-        const Index k = row_b * R + s;
-        right[r].add(-Row<E>::dot(U_a, view.U + k * E), Row<K>::load(view.J_kept + k * K));
+        right[r].add(-UU[r][s], Row<K>::load(view.J_kept + (row_b * R + s) * K));
       }
     }
     add_product<R, K>(view.J_kept + row_a * R * K, right, A, stride);
@@ -80,9 +87,9 @@ struct CouplingProducts<R, K, E, true> {
     for (Index c = view.eliminated.begin[e]; c < view.eliminated.begin[e + 1]; ++c) {
       Row<K> W[E] = {};
       for_rows_of(view.kept, c, [&](Index row) {
-        for (Index k = row * R; k < (row + 1) * R; ++k) {
-          const auto x = Row<K>::load(view.J_kept + k * K);
-          for (int i = 0; i < E; ++i) W[i].add(view.U[k * E + i], x);
+        for (int k = 0; k < R; ++k) {
+          const auto x = Row<K>::load(view.J_kept + (row * R + k) * K);
+          for (int i = 0; i < E; ++i) W[i].add(view.U[(row * E + i) * R + k], x);
         }
       });
       const Index anchor = view.anchors.of_coupling[c];

@@ -61,9 +61,11 @@ struct Eliminate {
       add_transpose_product<E, E>(M, g_eliminated + e * E, view.y + e * E);
       for_rows(view.eliminated, e, [&](Index row, Index) {
         prefetch_ahead<R * E>(view.J_eliminated + row * R * E);
-        for (Index k = row * R; k < (row + 1) * R; ++k) {
-          clear<E>(view.U + k * E);
-          add_transpose_product<E, E>(M, view.J_eliminated + k * E, view.U + k * E);
+        double* Ut = view.U + row * R * E;
+        for (int k = 0; k < R; ++k) {
+          double of_residual[E] = {};
+          add_transpose_product<E, E>(M, view.J_eliminated + (row * R + k) * E, of_residual);
+          for (int i = 0; i < E; ++i) Ut[i * R + k] = of_residual[i];
         }
       });
       Products::form(view, e);
@@ -83,19 +85,27 @@ struct Eliminate {
     }
   }
 
-  // t = U^T J_k x for one eliminated block, with u = J_k x in its rows.
+  // t += U^T J_k x for one eliminated block, with u = J_k x in its rows.
   template <class Store>
-  [[gnu::always_inline]] static Row<E> felt(const EliminationView& view, const double* x_kept,
-                                            Index e, Row<E> t, Store&& store) {
+  [[gnu::always_inline]] static void feel(const EliminationView& view, const double* x_kept,
+                                          Index e, double* t, Store&& store) {
+    Row<R> sums[E] = {};
     for_rows(view.eliminated, e, [&](Index row, Index c) {
-      double u[R] = {};
+      const double* Ut = view.U + row * R * E;
       prefetch_ahead<R * K>(view.J_kept + row * R * K);
-      prefetch_ahead<R * E>(view.U + row * R * E);
-      add_product<R, K>(view.J_kept + row * R * K, x_kept + Index{view.kept.block[c]} * K, u);
-      for (int k = 0; k < R; ++k) t.add(u[k], Row<E>::load(view.U + (row * R + k) * E));
+      prefetch_ahead<R * E>(Ut);
+      const auto x = Row<K>::load(x_kept + Index{view.kept.block[c]} * K);
+      const Row<R> u = product<R, K>(view.J_kept + row * R * K, x);
+      for (int i = 0; i < E; ++i) sums[i].add_products(Row<R>::load(Ut + i * R), u);
       store(row, u);
     });
-    return t;
+    for (int i = 0; i < E; ++i) t[i] += sums[i].sum();
+  }
+
+  // u - U t in one row.
+  [[gnu::always_inline]] static Row<R> less(Row<R> u, const double* Ut, const double* t) {
+    for (int i = 0; i < E; ++i) u.add(-t[i], Row<R>::load(Ut + i * R));
+    return u;
   }
 
   // t -= M^T D z with z = Z x: what the damping of an anchored leaf adds to U^T J_k x.
@@ -109,20 +119,19 @@ struct Eliminate {
   // Puts the parts of u = J_k x side by side, for a second walk over the rows of the same block.
   struct Aside {
     double* to;
-    [[gnu::always_inline]] void operator()(Index /*row*/, const double* of_row) {
-      for (int k = 0; k < R; ++k) *to++ = of_row[k];
+    [[gnu::always_inline]] void operator()(Index /*row*/, const Row<R>& of_row) {
+      of_row.store(to);
+      to += R;
     }
   };
 
   static void project(const EliminationView& view, const double* x_kept, Index first, Index last,
                       double* u) {
     for (Index e = first; e < last; ++e) {
-      double t[E];
-      felt(view, x_kept, e, Row<E>{}, [&](Index row, const double* of_row) {
-        for (int k = 0; k < R; ++k) u[row * R + k] = of_row[k];
-      }).store(t);
+      double t[E] = {};
+      feel(view, x_kept, e, t, [&](Index row, const Row<R>& of_row) { of_row.store(u + row * R); });
       for_rows(view.eliminated, e, [&](Index row, Index) {
-        for (Index k = row * R; k < (row + 1) * R; ++k) u[k] -= Row<E>::dot(view.U + k * E, t);
+        less(Row<R>::load(u + row * R), view.U + row * R * E, t).store(u + row * R);
       });
     }
   }
@@ -130,8 +139,8 @@ struct Eliminate {
   static void multiply(const EliminationView& view, const double* x_kept, Index first, Index last,
                        double* u, double* y) {
     for (Index e = first; e < last; ++e) {
-      double t[E], z[E] = {};
-      felt(view, x_kept, e, Row<E>{}, Aside{u}).store(t);
+      double t[E] = {}, z[E] = {};
+      feel(view, x_kept, e, t, Aside{u});
       if constexpr (anchored) {
         add_anchored<K, E>(view.anchors, e, view.kept.block, x_kept, z);
         hold(view, e, z, t);
@@ -139,11 +148,13 @@ struct Eliminate {
       const double* of_row = u;
       for_rows(view.eliminated, e, [&](Index row, Index c) {
         double* y_kept = y + Index{view.kept.block[c]} * K;
+        const Row<R> rest = less(Row<R>::load(of_row), view.U + row * R * E, t);
         auto sum = Row<K>::load(y_kept);
-        for (Index k = row * R; k < (row + 1) * R; ++k) {
-          sum.add(*of_row++ - Row<E>::dot(view.U + k * E, t), Row<K>::load(view.J_kept + k * K));
+        for (int k = 0; k < R; ++k) {
+          sum.add(rest[k], Row<K>::load(view.J_kept + (row * R + k) * K));
         }
         sum.store(y_kept);
+        of_row += R;
       });
       if constexpr (anchored) add_held(view, e, t, z, y);
     }
@@ -169,7 +180,8 @@ struct Eliminate {
     double squares = 0;
     for (Index e = first; e < last; ++e) {
       double t[E], z[E] = {};
-      felt(view, x_kept, e, Row<E>::load(view.y + e * E), Aside{u}).store(t);
+      for (int i = 0; i < E; ++i) t[i] = view.y[e * E + i];
+      feel(view, x_kept, e, t, Aside{u});
       if constexpr (anchored) {
         add_anchored<K, E>(view.anchors, e, view.kept.block, x_kept, z);
         hold(view, e, z, t);
@@ -179,10 +191,9 @@ struct Eliminate {
       }
       const double* of_row = u;  // J_e x_e = -U t, of anchored leaves what their rows feel
       for_rows(view.eliminated, e, [&](Index row, Index) {
-        for (Index k = row * R; k < (row + 1) * R; ++k) {
-          const double moved = *of_row++ - Row<E>::dot(view.U + k * E, t);
-          squares += moved * moved;
-        }
+        const Row<R> moved = less(Row<R>::load(of_row), view.U + row * R * E, t);
+        for (int k = 0; k < R; ++k) squares += moved[k] * moved[k];
+        of_row += R;
       });
     }
     return squares;

@@ -54,8 +54,8 @@ struct NormalView {
 constexpr int sums_of_hub(bool anchored) { return anchored ? 3 : 2; }
 
 /// What one elimination works on: the Jacobian blocks of both sides, the damping of the eliminated
-/// one, and the factors: M and y block by block, U row by row, as J_e, W coupling by coupling
-/// (eliminated x kept: transposed), for anchored leaves alone.
+/// one, and the factors: M and y block by block, U^T row by row (eliminated x residuals of one),
+/// W coupling by coupling (eliminated x kept: transposed), for anchored leaves alone.
 struct EliminationView {
   SideView kept;
   SideView eliminated;

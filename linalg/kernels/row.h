@@ -18,11 +18,26 @@ inline Vector load_vector(const double* x) {
   return v;
 }
 
-inline double sum(Vector2 v) { return v[0] + v[1]; }
-inline double sum(Vector4 v) { return sum(Vector2{v[0], v[1]} + Vector2{v[2], v[3]}); }
-inline double sum(Vector8 v) {
-  return sum(Vector4{v[0], v[1], v[2], v[3]} + Vector4{v[4], v[5], v[6], v[7]});
+inline Vector2 fold(Vector4 v) {
+  return __builtin_shufflevector(v, v, 0, 1) + __builtin_shufflevector(v, v, 2, 3);
 }
+inline Vector4 fold(Vector8 v) {
+  return __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
+}
+
+inline double sum(Vector2 v) { return v[0] + v[1]; }
+inline double sum(Vector4 v) { return sum(fold(v)); }
+inline double sum(Vector8 v) { return sum(fold(v)); }
+
+// The sums of two vectors at once.
+inline Vector2 sums(Vector2 a, Vector2 b) {
+  return __builtin_shufflevector(a, b, 0, 2) + __builtin_shufflevector(a, b, 1, 3);
+}
+inline Vector2 sums(Vector4 a, Vector4 b) {
+  return fold(__builtin_shufflevector(a, b, 0, 4, 2, 6) +
+              __builtin_shufflevector(a, b, 1, 5, 3, 7));
+}
+inline Vector2 sums(Vector8 a, Vector8 b) { return sums(fold(a), fold(b)); }
 
 template <int N>
 struct Row;
@@ -33,6 +48,8 @@ struct Row<0> {
   void store(double* /*x*/) const {}
   void add(double /*a*/, const Row& /*x*/) {}
   void add_products(const Row& /*x*/, const Row& /*y*/) {}
+  double sum() const { return 0; }
+  double operator[](int /*i*/) const { return 0; }
   static double dot(const double* /*x*/, const double* /*y*/) { return 0; }
 };
 
@@ -43,6 +60,8 @@ struct Row<1> {
   void store(double* x) const { *x = value; }
   void add(double a, const Row& x) { value += a * x.value; }
   void add_products(const Row& x, const Row& y) { value += x.value * y.value; }
+  double sum() const { return value; }
+  double operator[](int /*i*/) const { return value; }
   static double dot(const double* x, const double* y) { return *x * *y; }
 };
 
@@ -82,10 +101,42 @@ struct Row {
     head += x.head * y.head;
     tail.add_products(x.tail, y.tail);
   }
+  double sum() const { return RAYBUNDLE_ISA::sum(head) + tail.sum(); }
+  double operator[](int i) const { return i < width ? head[i] : tail[i - width]; }
   static double dot(const double* x, const double* y) {
-    return sum(load_vector<Head>(x) * load_vector<Head>(y)) + Tail::dot(x + width, y + width);
+    return RAYBUNDLE_ISA::sum(load_vector<Head>(x) * load_vector<Head>(y)) +
+           Tail::dot(x + width, y + width);
   }
 };
 
+// The two products with y of a matrix of two rows; N numbers of them each, from the first on.
+template <int N>
+[[gnu::always_inline]] inline Vector2 two_dots(const double* first, const double* second,
+                                               const Row<N>& y) {
+  if constexpr (N == 0) {
+    return Vector2{};
+  } else if constexpr (N == 1) {
+    return Vector2{*first, *second} * y.value;
+  } else {
+    using Head = typename Row<N>::Head;
+    constexpr int width = Row<N>::width;
+    return sums(load_vector<Head>(first) * y.head, load_vector<Head>(second) * y.head) +
+           two_dots<N - width>(first + width, second + width, y.tail);
+  }
+}
+
+// A x, with A of R x N, row-major.
+template <int R, int N>
+[[gnu::always_inline]] inline Row<R> product(const double* A, const Row<N>& x) {
+  if constexpr (R == 0) {
+    return {};
+  } else if constexpr (R == 1) {
+    Row<N> products = {};
+    products.add_products(Row<N>::load(A), x);
+    return {products.sum()};
+  } else {
+    return {two_dots<N>(A, A + N, x), product<R - 2, N>(A + 2 * N, x)};
+  }
+}
 }  // namespace
 }  // namespace raybundle::linalg::RAYBUNDLE_ISA
