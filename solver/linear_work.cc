@@ -8,7 +8,9 @@ using linalg::index;
 // multiplications with addition in a nanosecond (docs/decisions.md).
 LinearWork linear_work(const linalg::BlockLayout& layout) {
   constexpr double per_nanosecond = 20;
-  constexpr double row_nanoseconds = 9;    // of a product
+  constexpr double row_nanoseconds = 10;  // of a product
+  constexpr double prepared_nanoseconds =
+      35;                                  // of a row, by the elimination and the preconditioner
   constexpr double pair_nanoseconds = 25;  // of the products of two rows of a leaf
   const double width = static_cast<double>(layout.hub_size) / 9;
   const auto rows = static_cast<double>(layout.rows);
@@ -19,7 +21,7 @@ LinearWork linear_work(const linalg::BlockLayout& layout) {
     pairs += track * (track + 1) / 2;
   }
   return {.product = per_nanosecond * row_nanoseconds * width * rows,
-          .preparation = per_nanosecond * pair_nanoseconds * width * width * rows,
+          .preparation = per_nanosecond * prepared_nanoseconds * width * width * rows,
           .assembly = per_nanosecond * pair_nanoseconds * width * width * pairs};
 }
 

@@ -11,7 +11,8 @@ namespace {
 
 // Damped steps by factorisation or by conjugate gradients, whichever is predicted to be the lesser
 // work. How many inner iterations there will be nobody knows beforehand: the first step assumes
-// some, every later one as many as the last had. Once it factorises it goes on doing so.
+// some, every later one as many as the last had. Once it factorises it goes on doing so; to change
+// over takes a plan first, about as much work again as one assembly.
 class AutomaticStep final : public StepSolver {
  public:
   AutomaticStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool)
@@ -34,12 +35,12 @@ class AutomaticStep final : public StepSolver {
   }
 
  private:
-  static constexpr int first_guess = 20;
+  static constexpr int first_guess = 10;
 
   void decide(int inner_iterations) {
     const double iterating = work_.preparation + inner_iterations * work_.product;
-    // Finding an order is not free either: it is looked for once assembly alone does not settle it.
-    if (refused_ || work_.assembly > iterating) return;
+    const double planning = pcg_ ? work_.assembly : 0;
+    if (refused_ || planning + work_.assembly > iterating) return;
     if (!plan_) make_plan();
     if (!plan_ || work_.assembly + plan_->work > iterating) return;
     if (pcg_) before_ = pcg_->description() + ", then ";

@@ -29,7 +29,7 @@ inline void prefetch(const double* x) {
 // across pages come too late by themselves.
 template <int numbers>
 inline void prefetch_ahead(const double* row) {
-  constexpr int ahead = 16;
+  constexpr int ahead = 48;
   prefetch<8 * numbers>(row + ahead * numbers);
 }
 
