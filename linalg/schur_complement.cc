@@ -211,16 +211,20 @@ void SchurComplement::reduced_diagonal(DiagonalBlocks& out, double* v) {
 }
 
 void SchurComplement::reduced_diagonal_of_hubs(double* A, double* v) {
-  const std::int64_t size = layout_.hub_size;
+  const int size = layout_.hub_size;
+  const int triangle = triangle_size(size);
   const double* sums =
-      diagonal_sums_.form(layout_, size * (size + 1), pool_,
+      diagonal_sums_.form(layout_, triangle + size, pool_,
                           [&](std::int64_t first, std::int64_t last, std::int64_t /*piece*/,
                               double* part) { kernels_.add_diagonal(view(), first, last, part); });
-  for (std::int64_t a = 0; a < layout_.hubs; ++a, sums += size * (size + 1)) {
-    std::copy_n(sums, size * size, A + a * size * size);
-    for (std::int64_t i = 0; i < size; ++i) {
-      v[a * size + i] = own_gradient()[a * size + i] + sums[size * size + i];
+  const double* g = own_gradient();
+  for (std::int64_t a = 0; a < layout_.hubs; ++a, sums += triangle + size) {
+    for (int i = 0; i < size; ++i, ++g) {
+      const double* row = sums + triangle_begin(size, i);
+      for (int j = 0; j <= i; ++j) A[i * size + j] = A[j * size + i] = row[j];
+      *v++ = *g + sums[triangle + i];
     }
+    A += size * size;
   }
 }
 

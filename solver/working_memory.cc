@@ -60,7 +60,7 @@ double kept_unknowns(const Sizes& n, Elimination elimination) {
 /// Of products and of the diagonal of the reduced matrix; or the rows of a product.
 double of_product(const Sizes& n, Elimination elimination) {
   if (elimination != Elimination::points) return n.residuals * word * n.rows;
-  return camera_sums(n, 9) + camera_sums(n, 90);
+  return camera_sums(n, 9) + camera_sums(n, linalg::triangle_size(9) + 9);
 }
 
 /// Preconditioner with its factors, what a product needs, and the vectors of the iteration.

@@ -8,17 +8,39 @@
 namespace raybundle::linalg::RAYBUNDLE_ISA {
 namespace {
 
-// A += left^T right, of N rows each.
-template <int N, int K>
-[[gnu::always_inline]] inline void add_product(const double* left, const Row<K>* right, double* A,
-                                               Index stride) {
+// Where products are added: a block with a stride between its rows.
+template <int K>
+struct Square {
+  double* values;
+  Index stride;
+
+  /// += left^T right, of N rows each.
+  template <int N>
+  [[gnu::always_inline]] void add(const double* left, const Row<K>* right) const {
 #pragma GCC unroll 12
-  for (int i = 0; i < K; ++i) {
-    auto sum = Row<K>::load(A + i * stride);
-    for (int k = 0; k < N; ++k) sum.add(left[k * K + i], right[k]);
-    sum.store(A + i * stride);
+    for (int i = 0; i < K; ++i) {
+      auto sum = Row<K>::load(values + i * stride);
+      for (int k = 0; k < N; ++k) sum.add(left[k * K + i], right[k]);
+      sum.store(values + i * stride);
+    }
   }
-}
+};
+
+// The same, of a symmetric block; see triangle_width().
+template <int K>
+struct Triangle {
+  double* values;
+
+  template <int N, int i = 0>
+  [[gnu::always_inline]] void add(const double* left, const Row<K>* right) const {
+    constexpr int W = triangle_width(K, i);
+    double* row = values + triangle_begin(K, i);
+    auto sum = Row<W>::load(row);
+    for (int k = 0; k < N; ++k) sum.add(left[k * K + i], first_of<W>(right[k]));
+    sum.store(row);
+    if constexpr (i + 1 < K) add<N, i + 1>(left, right);
+  }
+};
 
 // What two couplings of an eliminated block, or twice the same, add to the reduced matrix.
 template <int R, int K, int E, bool anchored>
@@ -47,9 +69,9 @@ struct CouplingProducts<R, K, E, false> {
   }
 
   // A += J_a^T (I - U U^T)_ab J_b for one row of a and one of b, both of one coupling or not.
-  template <bool same>
+  template <bool same, class Target>
   [[gnu::always_inline]] static void add_rows(const EliminationView& view, Index row_a, Index row_b,
-                                              double* A, Index stride) {
+                                              const Target& A) {
     const double* U_a = view.U + row_a * E * R;
     const double* U_b = view.U + row_b * E * R;
     Row<R> UU[R] = {};  // U_a U_b^T
@@ -64,15 +86,14 @@ struct CouplingProducts<R, K, E, false> {
         right[r].add(-UU[r][s], Row<K>::load(view.J_kept + (row_b * R + s) * K));
       }
     }
-    add_product<R, K>(view.J_kept + row_a * R * K, right, A, stride);
+    A.template add<R>(view.J_kept + row_a * R * K, right);
   }
 
-  template <bool same>
+  template <bool same, class Target>
   [[gnu::always_inline]] static void add(const EliminationView& view, Index /*e*/, Index c,
-                                         Index other, double* A, Index stride) {
+                                         Index other, const Target& A) {
     for_rows_of(view.kept, c, [&](Index row) {
-      for_rows_of(view.kept, other,
-                  [&](Index next) { add_rows<same>(view, row, next, A, stride); });
+      for_rows_of(view.kept, other, [&](Index next) { add_rows<same>(view, row, next, A); });
     });
   }
 };
@@ -116,27 +137,27 @@ struct CouplingProducts<R, K, E, true> {
   }
 
   // A += Z_a^T D Z_b - W_a W_b^T, and J_a^T J_a where the two are the same.
-  template <bool same>
+  template <bool same, class Target>
   [[gnu::always_inline]] static void add(const EliminationView& view, Index e, Index c, Index other,
-                                         double* A, Index stride) {
+                                         const Target& A) {
     if constexpr (same) {
       for_rows_of(view.kept, c, [&](Index row) {
         const double* J = view.J_kept + row * R * K;
         Row<K> right[R];
         for (int r = 0; r < R; ++r) right[r] = Row<K>::load(J + r * K);
-        add_product<R, K>(J, right, A, stride);
+        A.template add<R>(J, right);
       });
     }
     Row<K> right[E] = {};
     for (int k = 0; k < E; ++k) right[k].add(-1, Row<K>::load(view.W + (other * E + k) * K));
-    add_product<E, K>(view.W + c * E * K, right, A, stride);
+    A.template add<E>(view.W + c * E * K, right);
     const Index a = view.anchors.of_coupling[c], b = view.anchors.of_coupling[other];
     if (a < 0 || b < 0) return;
     for (int k = 0; k < E; ++k) {
       right[k] = {};
       right[k].add(view.D[e * E + k], Row<K>::load(view.anchors.Z + (b * E + k) * K));
     }
-    add_product<E, K>(view.anchors.Z + a * E * K, right, A, stride);
+    A.template add<E>(view.anchors.Z + a * E * K, right);
   }
 };
 

@@ -209,26 +209,34 @@ struct Eliminate {
       const Index e = view.eliminated.block[c];
       Products::reduce(view, e, c, reduced);
       const auto block = [&](Index other) {
-        return block_row.values + Index{block_row.slot_of[view.kept.block[other]]} * K;
+        const Index slot = block_row.slot_of[view.kept.block[other]];
+        return Square<K>{block_row.values + slot * K, block_row.stride};
       };
-      Products::template add<true>(view, e, c, c, block(c), block_row.stride);
+      Products::template add<true>(view, e, c, c, block(c));
       for (Index q = position(view.eliminated, c) + 1; q < view.eliminated.begin[e + 1]; ++q) {
         const Index other = coupling(view.eliminated, q);
-        Products::template add<false>(view, e, c, other, block(other), block_row.stride);
+        Products::template add<false>(view, e, c, other, block(other));
       }
     }
     reduced.store(v + a * K);
   }
 
   static void add_diagonal(const EliminationView& view, Index first, Index last, double* sums) {
+    constexpr int triangle = triangle_size(K), size = triangle + K;
+    const Index end = view.eliminated.begin[last];
     for (Index e = first; e < last; ++e) {
-      for_couplings(view.eliminated, e, [&](Index c) {
-        double* A = sums + Index{view.kept.block[c]} * K * (K + 1);
-        Products::template add<true>(view, e, c, c, A, K);
-        auto v = Row<K>::load(A + K * K);
+      for (Index p = view.eliminated.begin[e]; p < view.eliminated.begin[e + 1]; ++p) {
+        const Index ahead = coupling(view.eliminated, p + lookahead < end ? p + lookahead : p);
+        prefetch<8 * size>(sums + Index{view.kept.block[ahead]} * size);
+        const Index c = coupling(view.eliminated, p);
+        prefetch_ahead<R * K>(view.J_kept + row_begin(view.kept, c) * R * K);
+        prefetch_ahead<R * E>(view.U + row_begin(view.kept, c) * R * E);
+        double* A = sums + Index{view.kept.block[c]} * size;
+        Products::template add<true>(view, e, c, c, Triangle<K>{A});
+        auto v = Row<K>::load(A + triangle);
         Products::reduce(view, e, c, v);
-        v.store(A + K * K);
-      });
+        v.store(A + triangle);
+      }
     }
   }
 
@@ -238,7 +246,7 @@ struct Eliminate {
       double* A = A_diagonal + a * K * K;
       clear<K * K>(A);
       for_couplings(view.kept, a, [&](Index c) {
-        Products::template add<true>(view, view.eliminated.block[c], c, c, A, K);
+        Products::template add<true>(view, view.eliminated.block[c], c, c, Square<K>{A, K});
       });
     }
   }

@@ -53,6 +53,18 @@ struct NormalView {
 /// How many rows of a hub those sums are.
 constexpr int sums_of_hub(bool anchored) { return anchored ? 3 : 2; }
 
+/// A symmetric block by its lower triangle, row by row, with rows as wide as vectors are.
+constexpr int triangle_width(int size, int row) {
+  const int vector = row < 4 ? 4 : 8;
+  return row < vector && vector <= size ? vector : size;
+}
+constexpr int triangle_begin(int size, int row) {
+  int begin = 0;
+  for (int i = 0; i < row; ++i) begin += triangle_width(size, i);
+  return begin;
+}
+constexpr int triangle_size(int size) { return triangle_begin(size, size); }
+
 /// What one elimination works on: the Jacobian blocks of both sides, the damping of the eliminated
 /// one, and the factors: M and y block by block, U^T row by row (eliminated x residuals of one),
 /// W coupling by coupling (eliminated x kept: transposed), for anchored leaves alone.
@@ -123,7 +135,7 @@ struct EliminationKernels {
   void (*add_products)(const EliminationView& view, std::int64_t a, const BlockRowView& row,
                        double* v);
   /// What the rows of eliminated [first, last) add to A_aa and v_a, for all kept a: `sums` has by
-  /// kept block a square, then a row.
+  /// kept block a triangle, then a row.
   void (*add_diagonal)(const EliminationView& view, std::int64_t first, std::int64_t last,
                        double* sums);
   /// A_aa without its damping, for kept [first, last).

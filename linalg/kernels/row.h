@@ -109,6 +109,19 @@ struct Row {
   }
 };
 
+// The first W of N numbers, which make a vector or are all.
+template <int W, int N>
+[[gnu::always_inline]] inline Row<W> first_of(const Row<N>& x) {
+  if constexpr (W == N) {
+    return x;
+  } else if constexpr (W == Row<N>::width) {
+    return {x.head};
+  } else {
+    static_assert(W == 4 && Row<N>::width == 8);
+    return {__builtin_shufflevector(x.head, x.head, 0, 1, 2, 3)};
+  }
+}
+
 // The two products with y of a matrix of two rows; N numbers of them each, from the first on.
 template <int N>
 [[gnu::always_inline]] inline Vector2 two_dots(const double* first, const double* second,
