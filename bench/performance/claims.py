@@ -42,6 +42,10 @@ def speed_ups(results, threads, factor):
     return {name: value[0] for name, value in found.items() if value}
 
 
+def speed(value):
+    return number(value) if value else "never there"
+
+
 def geometric_mean(values):
     values = list(values)
     if not values or min(values) <= 0:
@@ -53,14 +57,14 @@ def mean_speed(results):
     values = {f"{threads} thread{'s' * (threads > 1)} to {factor}": geometric_mean(found.values())
               for threads in results.threads for factor in TARGETS
               if (found := speed_ups(results, threads, factor))}
-    return worst(values, lambda x: -x, lambda x: x >= MEAN)
+    return worst(values, lambda x: -x, lambda x: x >= MEAN, speed)
 
 
 def single_speed(results):
     values = {f"{name}, {threads} thread{'s' * (threads > 1)} to {factor}": value
               for threads in results.threads for factor in TARGETS
               for name, value in speed_ups(results, threads, factor).items()}
-    return worst(values, lambda x: -x, lambda x: x >= SINGLE)
+    return worst(values, lambda x: -x, lambda x: x >= SINGLE, speed)
 
 
 def final_cost(results):

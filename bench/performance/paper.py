@@ -9,14 +9,14 @@ from reproduce.logs import load
 
 from . import report
 from .logs import Results
-from .problems import PROBLEMS
+from .problems import FAR, PROBLEMS
 from .variants import processor_value
 from .work import Settings, Work
 
 TITLE = "Speed and memory beside Ceres"
 TIME = "All of it takes about two hours on two cores, nearly all of them Ceres'."
 TARGETS = ["bench_ceres"]  # of the build, where there is one
-NAMES = [*(each.name for each in PROBLEMS), "growth", "largest"]
+NAMES = [*(each.name for each in PROBLEMS + FAR), "growth", "largest"]
 
 
 def add_options(parser):
@@ -50,6 +50,9 @@ def run(args, program, probe, data):
     for problem in PROBLEMS:
         if problem.name in wanted:
             work.measure(problem)
+    for problem in FAR:
+        if problem.name in wanted:
+            work.measure_far(problem)
     if "growth" in wanted:
         work.grow()
     if "largest" in wanted:

@@ -15,6 +15,7 @@ CERES = {
 }
 DENSE_MOST = 1000  # cameras; beyond, a dense Schur complement of order 9 n is several GB
 LOSES = 1.3  # one is given up that takes this many times the time of another
+SLOW = 50  # ... or this many times the time of our default
 # Ceres' own defaults, for where it ends when left alone.
 CERES_DEFAULTS = "--function-tolerance 1e-6 --gradient-tolerance 1e-10 --parameter-tolerance 1e-8"
 

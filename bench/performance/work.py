@@ -19,7 +19,7 @@ from .logs import TARGETS, Results
 
 STOP = 1.0008  # times the best cost known: a little below the second target
 MOST = 500  # iterations of whatever ends by itself
-FINDS = 100  # iterations of the search for the least cost
+LEAST_LIMIT = 20  # seconds that every variant of Ceres gets, unless another has shown that less will do
 
 
 @dataclass
@@ -62,7 +62,7 @@ class Work(Runs):
         before, self.ran = os.getloadavg()[0], False
         most = max(self.settings.threads)
         self.run(problem, file, "explore", variants.AUTO, self.ours[variants.AUTO], most,
-                 Bounds(self.settings.limit, FINDS))
+                 Bounds(self.settings.limit, MOST))
         self.run(problem, file, "final", variants.AUTO, self.default, most, Bounds(2 * self.settings.limit, 50))
         for _ in range(3):
             best = self.results.best(problem.name)
@@ -76,6 +76,15 @@ class Work(Runs):
                 self.round(problem, file, threads, number)
         if self.ran:
             self.loads[problem.name] = [before, os.getloadavg()[0]]
+
+    def measure_far(self, problem):
+        """Where everybody ends, in the time that they would need many times over from nearby."""
+        file = self.makers.file(problem)
+        if file is None:
+            return
+        most, bounds = max(self.settings.threads), Bounds(self.settings.limit / 5, 200)
+        for name, solver in {**self.ours, **self.ceres}.items():
+            self.run(problem, file, f"screen-{most}", name, solver, most, bounds)
 
     def run(self, problem, file, kind, name, solver, threads, bounds):
         base = self.results.base(problem.name, kind, name)
@@ -92,16 +101,16 @@ class Work(Runs):
     def screen(self, problem, file, threads):
         """Once each, with less time where another variant has shown what is possible."""
         kind = f"screen-{threads}"
-        bounds = self.bounds(problem, self.settings.limit, FINDS)
-        base = self.run(problem, file, kind, variants.AUTO, self.ours[variants.AUTO], threads, bounds)
-        reached = base.seconds_to(bounds.target)
+        bounds = self.bounds(problem, self.settings.limit, self.needed(problem.name, variants.AUTO))
+        run = self.run(problem, file, kind, variants.AUTO, self.ours[variants.AUTO], threads, bounds)
+        reached = run.seconds_to(bounds.target)
         for name in variants.FORCED:
             limit = min(self.settings.limit, 2 * reached + 1)
-            self.run(problem, file, kind, name, self.ours[name], threads,
-                     self.bounds(problem, limit, FINDS))
+            self.run(problem, file, kind, name, self.ours[name], threads, self.bounds(problem, limit))
+        longest = min(self.settings.limit, max(variants.SLOW * reached, LEAST_LIMIT))
         least = math.inf
         for name in variants.ceres_for(self.results.counts(problem.name)["cameras"]) if self.ceres else []:
-            bounds = self.bounds(problem, min(self.settings.limit, variants.LOSES * least + 2))
+            bounds = self.bounds(problem, min(longest, variants.LOSES * least + 2))
             run = self.run(problem, file, kind, name, self.ceres[name], threads, bounds)
             least = min(least, run.seconds_to(bounds.target))
 
@@ -139,7 +148,7 @@ class Work(Runs):
         runs = [self.results.run(problem, kind, shown) for kind in kinds]
         counts = [run.iterations_to(STOP * self.results.best(problem)) for run in runs if run]
         counts = [count for count in counts if math.isfinite(count)]
-        return max(counts, default=FINDS) + (2 if name == variants.NATIVE else 0)
+        return max(counts, default=MOST) + (2 if name == variants.NATIVE else 0)
 
     def grow(self):
         """Some iterations on longer and longer streets, round by round."""
