@@ -14,7 +14,7 @@ from reproduce.logs import load
 from .logs import Run
 
 USABLE = (0, 4)  # raybundle ends with 4 where tolerances this tight stall; the log tells what counts
-GRACE = 60  # seconds beyond twice the limit, for a last iteration that takes for ever
+GRACE = 30  # seconds beyond one and a half times the limit, for an iteration that takes for ever
 
 
 @dataclass
@@ -88,7 +88,7 @@ def execute(solver, problem, base, threads, bounds):
         file.unlink(missing_ok=True)
     start = time.monotonic()
     status, message = call(solver.command(problem, log, threads, bounds), solver.environment,
-                           2 * bounds.seconds + GRACE)
+                           1.5 * bounds.seconds + GRACE)
     if status == "ok" and load(log) is None:
         status, message = "failed", "left no log"
     record.write_text(json.dumps({

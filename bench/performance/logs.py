@@ -6,6 +6,7 @@ import statistics
 
 from reproduce.logs import load
 
+from .machine import PHASES
 from .problems import PROBLEMS
 from .variants import AUTO, CERES, FORCED, NATIVE
 
@@ -173,19 +174,24 @@ class Results:
         leanest = min(run.peak for run in self.screened(problem, threads, CERES).values())
         return max(ours), fastest, min(leanest, fastest)
 
+    def phase_seconds(self, problem, threads, phase):
+        """Median over the runs of our default; None where there are none. `rest`: of no phase, such as the
+        set-up."""
+        runs = [run.summary["seconds"] for run in self.timed(problem, threads, AUTO)]
+        if phase == "rest":
+            return statistics.median(each["total"] - sum(each[name] for name in PHASES)
+                                     for each in runs) if runs else None
+        return statistics.median(each[phase] for each in runs) if runs else None
+
     def phase_gain(self, problem, phase):
         """Time with one thread over that with two, of the same iterations."""
-        times = [[run.summary["seconds"][phase] for run in self.timed(problem, threads, AUTO)]
-                 for threads in (1, 2)]
-        if not all(times) or not statistics.median(times[1]):
-            return None
-        return statistics.median(times[0]) / statistics.median(times[1])
+        one, two = (self.phase_seconds(problem, threads, phase) for threads in (1, 2))
+        return one / two if one and two else None
 
     def phase_share(self, problem, phase):
         """Of the time of the whole solve, with one thread."""
-        runs = self.timed(problem, 1, AUTO)
-        shares = [run.summary["seconds"][phase] / run.summary["seconds"]["total"] for run in runs]
-        return statistics.median(shares) if shares else None
+        own, whole = (self.phase_seconds(problem, 1, name) for name in (phase, "total"))
+        return own / whole if whole else None
 
     def linear_solver(self, problem):
         """What our default chose, in its words."""

@@ -10,10 +10,10 @@ PHASES = ("residual", "jacobian", "linear")
 
 def bound(phase, linear_solver):
     """What limits a phase. Jacobian blocks, 24 numbers of an observation, are written and read; residuals
-    are computed from states that fit the caches; a factorisation computes, iterations read."""
+    are computed from states that fit the caches; a factorisation computes; iterations, and the set-up, read."""
     if phase == "linear":
         return "dgemm_gain" if "cholesky" in linear_solver.lower() else "triad_gain"
-    return "triad_gain" if phase == "jacobian" else "dgemm_gain"
+    return "dgemm_gain" if phase == "residual" else "triad_gain"
 
 
 def gain(rates, phase, linear_solver):

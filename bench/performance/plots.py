@@ -8,6 +8,8 @@ from .claims import MEAN, SINGLE, slope
 from .logs import TARGETS
 from .variants import AUTO, CERES
 
+NOTHING = 1e-6  # above the best, where a course ends
+
 
 def speed_ups(results, threads):
     names = [name for name in results.names if results.speed_up(name, threads, TARGETS[0])]
@@ -34,6 +36,8 @@ def course(results, name, title, threads):
     series = []
     for label, run in runs.items():
         kept = [each for each in run.kept if each["seconds"] > 0]
+        end = next((k for k, each in enumerate(kept) if each["cost"] <= (1 + NOTHING) * best), len(kept))
+        kept = kept[:end + 1]
         series.append({"name": label, "x": [each["seconds"] / unit for each in kept],
                        "y": [each["cost"] / best - 1 for each in kept], "dashed": label != "raybundle"})
     return lines_plot(f"course-{name}", f"{title}: cost above the best, {threads} thread{'s' * (threads > 1)}",

@@ -40,6 +40,7 @@ PROBLEMS = [
     preset("venice-1778", 0.004),
     preset("final-4585", 0.002),
 ]
+TITLES = {each.name: each.title for each in PROBLEMS}
 # The same as they come: solvers end in minima of their own, so that no time to a common cost is had.
 FAR = [
     Problem("fake-pile-far", "Fake-pile", "parallaxba/fake-pile"),

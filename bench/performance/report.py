@@ -5,15 +5,13 @@ import math
 from reproduce.claims import FAILS, HOLDS, MISSING, count, judged, number
 from reproduce.text import capital, claim_lines, image, table, write_page
 
-from . import machine, plots
-from .claims import (CLAIMS, LARGEST_COUNT, SCALING_FROM, geometric_mean, largest, observations, slope,
+from . import plots, scaling
+from .claims import (CLAIMS, LARGEST_COUNT, geometric_mean, largest, observations, slope,
                      speed_ups)
 from .logs import TARGETS
-from .problems import CALIBRATE, FAR, PROBLEMS
+from .problems import CALIBRATE, FAR, TITLES
+from .scaling import choice, ratio
 from .variants import AUTO, CERES, DENSE_MOST, FORCED, LOSES, SLOW
-
-TITLES = {each.name: each.title for each in PROBLEMS}
-
 
 def threads_text(threads):
     return f"{threads} thread{'s' * (threads > 1)}"
@@ -21,14 +19,6 @@ def threads_text(threads):
 
 def times(value, reached=True):
     return "ours never" if not value else f"{'' if reached else '> '}{number(value)}"
-
-
-def ratio(value):
-    return "" if value is None else number(value)
-
-
-def percent(value, digits=0):
-    return "" if value is None else f"{100 * value:.{digits}f} %"
 
 
 def rival_row(results, name, threads):
@@ -68,37 +58,6 @@ def forced_choices(results, threads):
         rows.append(row)
     return table(["problem", "the default chose", "best forced, to 1.01", "default over it",
                   "best forced, to 1.001", "default over it"], rows)
-
-
-def choice(results, name):
-    return results.linear_solver(name).split(" with ")[0]
-
-
-def scaling(results):
-    names = [name for name in results.names if observations(results, name) > SCALING_FROM
-             and results.phase_gain(name, "linear")]
-    if not names:
-        return f"No problem above {SCALING_FROM:,} observations was run with one thread and with two.\n"
-    rows = []
-    for name in names:
-        row = [TITLES[name], choice(results, name), ratio(results.phase_gain(name, "total"))]
-        for phase in machine.PHASES:
-            whole = machine.gain(results.rates, phase, results.linear_solver(name))
-            row += [percent(results.phase_share(name, phase)), ratio(results.phase_gain(name, phase))]
-            row += [ratio(whole)] if results.rates else []
-        rows.append(row)
-    head = ["problem", "linear solver", "whole solve"]
-    for phase in machine.PHASES:
-        head += [phase + ", share of the time", "gain", *(["machine's"] if results.rates else [])]
-    return table(head, rows)
-
-
-def machine_text(rates):
-    if not rates:
-        return "What the machine itself gains was not measured in this run.\n"
-    parts = [f"{what} gain a factor of {number(rates[key])}" for key, what in
-             (("dgemm_gain", "two copies of a dgemm"), ("triad_gain", "two copies of STREAM triad")) if key in rates]
-    return capital("; ".join(parts)) + ".\n" if parts else ""
 
 
 def growth(results):
@@ -205,10 +164,7 @@ def sections(results):
         yield f"The default beside forced choices, {threads_text(threads)}", (
             f"Forced: {', '.join(f'`{options}`' for options in FORCED.values())}. Left out are those that take more than "
             "twice as long as the default, and a second.\n\n" + forced_choices(results, threads) + "\n"), []
-    yield "From one thread to two", (
-        "Time with one over time with two, same iterations, beside what the machine gains from two copies of a "
-        "program limited by the same: a dgemm for residuals and factorisations, STREAM for Jacobian and "
-        "inner iterations. " + machine_text(results.rates) + "\n" + scaling(results) + "\n"), []
+    yield "From one thread to two", scaling.text(results), []
     yield "Far starts", (
         "Malaga and Fake-pile as `raybundle convert` makes BAL files of them: points on the two rays of best parallax, "
         "cameras hundreds of pixels off, all lenses free. Everybody ends in a minimum of their own or on the way to one, so "
