@@ -151,10 +151,15 @@ def largest(results):
     return verdict(ending.endswith("tolerance") and run.peak <= LARGEST_BYTES), text
 
 
-def rate(key, floor):
+def kernel(name, floors):
+    """Good when one of the floors is reached: {counter: floor}."""
     def check(results):
-        value = results.rates.get(key)
-        return (MISSING, "") if value is None else (verdict(value >= floor), f"{100 * value:.0f} %")
+        found = results.rates.get(name)
+        if not found:
+            return MISSING, ""
+        text = ", ".join(f"{100 * found[counter]:.0f} % {what}" for counter, what in
+                         (("of_triad", "of triad's bandwidth"), ("of_peak", "of the peak flops")) if counter in found)
+        return verdict(any(found.get(counter, 0) >= floor for counter, floor in floors.items())), text
     return check
 
 
@@ -166,9 +171,10 @@ CLAIMS = [
     Claim("The same against whichever variant of Ceres takes least", memory(2)),
     Claim(f"Two threads over one, above {SCALING_FROM:,} observations: in every phase at least "
           f"{100 * SCALING:.0f} % of what the machine gains", scaling),
-    Claim(f"The product with the implicit Schur complement at {100 * PRODUCT:.0f} % of the bandwidth of STREAM triad",
-          rate("implicit_product_of_triad", PRODUCT)),
-    Claim(f"Evaluation at {100 * EVALUATION:.0f} % of the peak flops", rate("evaluation_of_peak", EVALUATION)),
+    Claim(f"The product with the implicit Schur complement at {100 * PRODUCT:.0f} % of the bandwidth of triad",
+          kernel("product", {"of_triad": PRODUCT})),
+    Claim(f"Evaluation at {100 * EVALUATION:.0f} % of the peak flops, or, limited by memory, at "
+          f"{100 * PRODUCT:.0f} % of the bandwidth", kernel("evaluation", {"of_peak": EVALUATION, "of_triad": PRODUCT})),
     Claim(f"Time of an outer iteration on streets grows with exponent at most {EXPONENT}", growth),
     Claim(f"{LARGEST_COUNT:,} observations solved within {LARGEST_BYTES >> 30} GiB", largest),
     Claim("The portable build within 10 % of -march=native", native),

@@ -194,8 +194,9 @@ class Results:
         return own / whole if whole else None
 
     def linear_solver(self, problem):
-        """What our default chose, in its words."""
-        return self.run(problem, "explore", AUTO).summary["linear_solver"]
+        """What our default chose on its way to the second target, in its words."""
+        runs = self.timed(problem, self.threads[-1], AUTO) or [self.run(problem, "explore", AUTO)]
+        return runs[0].summary["linear_solver"]
 
     def growth(self):
         """(observations, seconds of an iteration), in order."""

@@ -5,9 +5,7 @@ import os
 import pathlib
 import sys
 
-from reproduce.logs import load
-
-from . import report
+from . import machine, report
 from .logs import Results
 from .problems import FAR, PROBLEMS
 from .variants import processor_value
@@ -15,8 +13,8 @@ from .work import Settings, Work
 
 TITLE = "Speed and memory beside Ceres"
 TIME = "All of it takes about two hours on two cores, nearly all of them Ceres'."
-TARGETS = ["bench_ceres"]  # of the build, where there is one
-NAMES = [*(each.name for each in PROBLEMS + FAR), "growth", "largest"]
+TARGETS = ["bench_ceres", "bench_micro"]  # of the build, where there are such
+NAMES = [*(each.name for each in PROBLEMS + FAR), "growth", "largest", "machine"]
 
 
 def add_options(parser):
@@ -28,7 +26,7 @@ def add_options(parser):
     parser.add_argument("--native", metavar="FILE", type=pathlib.Path,
                         help="the program built with -march=native, to compare with the portable one")
     parser.add_argument("--machine", metavar="FILE", type=pathlib.Path,
-                        help="JSON of what the machine gains and reaches (bench/performance/machine.py)")
+                        help="what bench_micro wrote with --benchmark_out [it is run, where it was built]")
     parser.add_argument("--runs", metavar="N", type=int, default=3, help="rounds of interleaved runs [3]")
     parser.add_argument("--threads", metavar="N", type=int, nargs="+", default=[1, 2],
                         help="numbers of threads [1 2]")
@@ -57,17 +55,16 @@ def run(args, program, probe, data):
         work.grow()
     if "largest" in wanted:
         work.largest()
+    micro, file = pathlib.Path(program).parent.parent / "bench/bench_micro", args.output / "machine.json"
+    if "machine" in wanted and micro.is_file() and not args.machine and not args.quick:
+        machine.measure(micro, file)
     processor = f"{processor_value('model name') or 'unknown processor'}, {os.cpu_count()} cores"
-    known = load(args.output / "meta.json") or {}
-    machine = load(args.machine) if args.machine else known.get("rates")
-    return {"settings": dataclasses.asdict(settings), "machine": processor, "rates": machine,
-            "load": work.loads}
+    return {"settings": dataclasses.asdict(settings), "machine": processor, "load": work.loads}
 
 
 def write(args, program, probe, meta):
     """The report; what could not be drawn, or nothing."""
     settings = Settings(**meta["settings"])
     work = Work(program, probe, args.output, settings)
-    if args.machine:
-        meta = {**meta, "rates": load(args.machine)}
-    return report.write(Results(args.output, settings.threads, meta["rates"]), settings, meta, work, args.docs)
+    rates = machine.rates(args.machine or args.output / "machine.json")
+    return report.write(Results(args.output, settings.threads, rates), settings, meta, work, args.docs)

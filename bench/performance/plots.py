@@ -27,10 +27,10 @@ def speed_ups(results, threads):
 
 def course(results, name, title, threads):
     """Cost above the best over time; of Ceres every variant that was tried."""
-    best, unit = results.best(name), results.seconds(name, threads, AUTO, TARGETS[-1])
-    if not unit or not math.isfinite(unit):
-        unit = 1
-    runs = {"raybundle": results.run(name, "explore", AUTO)}
+    best, runs = results.best(name), {"raybundle": results.run(name, "explore", AUTO)}
+    unit = runs["raybundle"].seconds_to(TARGETS[-1] * best)
+    if math.isinf(unit):
+        unit = runs["raybundle"].end
     for variant, run in results.screened(name, threads, CERES).items():
         runs["Ceres " + variant] = run
     series = []

@@ -12,6 +12,7 @@ from .logs import TARGETS
 from .problems import CALIBRATE, FAR, TITLES
 from .scaling import choice, ratio
 from .variants import AUTO, CERES, DENSE_MOST, FORCED, LOSES, SLOW
+from .work import MORE_ROUNDS, SMALL
 
 def threads_text(threads):
     return f"{threads} thread{'s' * (threads > 1)}"
@@ -119,7 +120,7 @@ Of {sum(counts.values())} floors {counts[HOLDS]} hold, {counts[FAILS]} fail, {co
 
 - Time counts from the call of the solver, its set-up included, to the first iteration whose cost is at most 1.01
   or 1.001 times the best that any run here found; reading, and building Ceres' problem, come before. Figures are
-  ratios of medians of {settings.runs} runs, round by round: every variant once in each, in turn.
+  ratios of medians of {settings.runs} runs ({MORE_ROUNDS * settings.runs} below {SMALL:,} observations), round by round: every variant once in each, in turn.
 - Every solver reads the same BAL file: same start, no loss, nine free parameters per camera, nothing held.
   Cost is ½ Σ |r|² in pixels².
 - Ceres {ceres_version(results)}: automatic derivatives compiled for this processor, points eliminated first, its default trust region,

@@ -1,7 +1,9 @@
 """From one thread to two, phase by phase, and what that lets one expect of more."""
 
+import re
+
 from reproduce.claims import number
-from reproduce.text import capital, table
+from reproduce.text import table
 
 from . import machine
 from .claims import SCALING_FROM, observations
@@ -19,7 +21,7 @@ def percent(value):
 
 
 def choice(results, name):
-    return results.linear_solver(name).split(" with ")[0]
+    return re.split(r", | \(| with ", results.linear_solver(name))[0]
 
 
 def measured(results, names):
@@ -68,18 +70,18 @@ def model(results, names):
 
 
 def machine_text(rates):
-    parts = [f"{what} gain a factor of {number(rates[key])}" for key, what in
-             (("dgemm_gain", "two copies of a dgemm"), ("triad_gain", "two copies of STREAM triad")) if key in rates]
-    return capital("; ".join(parts)) + "." if parts else \
+    parts = [f"{what} by a factor of {number(rates[key])}" for key, what in
+             (("peak", "multiplications and additions"), ("triad", "STREAM triad")) if key in rates]
+    return f"The machine gains in {' and in '.join(parts)}." if parts else \
         "What the machine itself gains was not measured in this run."
 
 
 def text(results):
     names = [name for name in results.names if observations(results, name) > SCALING_FROM
              and results.phase_gain(name, "linear")]
-    body = ("Time with one thread over time with two, same iterations, beside what the machine gains from two "
-            "copies of a program limited by the same: a dgemm for residuals and factorisations, STREAM for Jacobian and "
-            f"inner iterations. {machine_text(results.rates)}\n\n")
+    body = ("Time with one thread over time with two, same iterations, beside what the machine itself gains in "
+            "what limits the phase: flops for residuals and factorisations, STREAM triad for Jacobian and inner "
+            f"iterations. {machine_text(results.rates)}\n\n")
     if not names:
         return body + f"No problem above {SCALING_FROM:,} observations was run with one thread and with two.\n\n"
     body += measured(results, names) + "\n"

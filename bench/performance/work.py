@@ -19,6 +19,7 @@ from .logs import TARGETS, Results
 
 STOP = 1.0008  # times the best cost known: a little below the second target
 MOST = 500  # iterations of whatever ends by itself
+SMALL, MORE_ROUNDS = 100_000, 3  # observations below which solves take tens of ms, and rounds times this
 LEAST_LIMIT = 20  # seconds that every variant of Ceres gets, unless another has shown that less will do
 
 
@@ -71,8 +72,9 @@ class Work(Runs):
             self.finish_ceres(problem, file, most)
             if self.results.best(problem.name) >= best:
                 break
+        small = self.results.counts(problem.name)["observations"] < SMALL and not self.settings.quick
         for threads in self.settings.threads:
-            for number in range(1, self.settings.runs + 1):
+            for number in range(1, self.settings.runs * (MORE_ROUNDS if small else 1) + 1):
                 self.round(problem, file, threads, number)
         if self.ran:
             self.loads[problem.name] = [before, os.getloadavg()[0]]
