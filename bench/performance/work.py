@@ -124,7 +124,7 @@ class Work(Runs):
                      Bounds(2 * self.settings.limit, 50))
 
     def round(self, problem, file, threads, number):
-        """Every variant once, in turn. A round is whole or made again."""
+        """Every variant once, in turn, each round beginning with another. A round is whole or made again."""
         name, kind = problem.name, f"timed-{threads}-{number}"
         wanted = {}
         ours = [variants.AUTO, *self.results.chosen_forced(name, threads),
@@ -136,9 +136,12 @@ class Work(Runs):
         if all(stands(solver, self.results.base(name, kind, each), threads, bounds)
                for each, (solver, bounds) in wanted.items()):
             return
-        print(f"reproduce: {name}: {threads} threads, round {number}: {', '.join(wanted)}", file=sys.stderr)
+        first = number % len(wanted)
+        order = [*wanted][first:] + [*wanted][:first]
+        print(f"reproduce: {name}: {threads} threads, round {number}: {', '.join(order)}", file=sys.stderr)
         self.ran = True
-        for each, (solver, bounds) in wanted.items():
+        for each in order:
+            solver, bounds = wanted[each]
             execute(solver, file, self.results.base(name, kind, each), threads, bounds)
 
     def needed(self, problem, name):
