@@ -208,6 +208,45 @@ std::string plot_script(const std::string& name, const SegmentPlot& plot) {
              palette[1].data(), palette[0].data());
 }
 
+std::string plot_script(const std::string& name, const BarPlot& plot) {
+  constexpr double width = 0.8;  // of a group
+  std::string text = head(name, plot), data, commands;
+  Range range;
+  const double bars = static_cast<double>(plot.series.size());
+  for (std::size_t s = 0; s < plot.series.size(); ++s) {
+    const int number = static_cast<int>(s);
+    const auto& y = plot.series[s].y;
+    data += format("$d%d << END\n", number);
+    for (std::size_t i = 0; i < std::min(y.size(), plot.groups.size()); ++i) {
+      if (!can_show(y[i], plot.log_y)) continue;
+      range.include(y[i]);
+      const double offset = (static_cast<double>(s) + 0.5) / bars - 0.5;
+      data += format("%.6g %.6g\n", static_cast<double>(i) + width * offset, y[i]);
+    }
+    data += "END\n";
+    commands +=
+        (s == 0 ? "plot " : ", \\\n     ") +
+        format("$d%d with boxes linecolor '%s' title ", number, palette[number % colours].data()) +
+        quoted(plot.series[s].name);
+  }
+  if (!(range.low <= range.high)) return text + nothing_to_show();
+  for (const double level : plot.levels) {
+    if (can_show(level, plot.log_y)) range.include(level);
+    commands += format(", \\\n     %.6g with lines dashtype 2 linecolor '#666666' notitle", level);
+  }
+  std::string tics;
+  for (std::size_t i = 0; i < plot.groups.size(); ++i) {
+    tics += (i == 0 ? "" : ", ") + quoted(plot.groups[i]) + format(" %zu", i);
+  }
+  text += format("set boxwidth %.6g absolute\nset style fill solid 0.8 noborder\n", width / bars);
+  text += plot.log_y ? format("set logscale y\nset yrange [%.6g:*]\n", range.low / 2)
+                     : "set yrange [0:*]\n";
+  text += format("set xrange [-0.6:%.6g]\n", static_cast<double>(plot.groups.size()) - 0.4) +
+          "set xtics rotate by 35 right (" + tics +
+          ")\nset key outside top horizontal Left reverse samplen 2\n";
+  return text + data + commands + "\n";
+}
+
 bool have_gnuplot() { return !find_program("gnuplot").empty(); }
 
 PlotFolder::PlotFolder(std::filesystem::path folder) : folder_(std::move(folder)) {

@@ -50,10 +50,27 @@ struct SegmentPlot {
   std::vector<Segment> segments = {};
 };
 
+/// Groups of bars side by side, one bar of each series in each. A value that the axis cannot show
+/// has none.
+struct BarPlot {
+  struct Bars {
+    std::string name = {};
+    std::vector<double> y = {};  ///< as many as groups
+  };
+  std::string title = {};
+  std::string x_label = {};
+  std::string y_label = {};
+  std::vector<std::string> groups = {};
+  bool log_y = false;
+  std::vector<double> levels = {};  ///< lines across
+  std::vector<Bars> series = {};
+};
+
 /// The script of a plot; running it writes `name`.svg into the working folder. Pure functions.
 std::string plot_script(const std::string& name, const LinePlot& plot);
 std::string plot_script(const std::string& name, const Histogram& plot);
 std::string plot_script(const std::string& name, const SegmentPlot& plot);
+std::string plot_script(const std::string& name, const BarPlot& plot);
 
 /// Text as a string of gnuplot.
 std::string quoted(const std::string& text);

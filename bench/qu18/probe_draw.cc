@@ -37,6 +37,18 @@ tools::SegmentPlot segments(const Json& plot) {
   return result;
 }
 
+tools::BarPlot bars(const Json& plot) {
+  tools::BarPlot result{.title = plot.at("title"),
+                        .y_label = plot.at("y_label"),
+                        .groups = plot.at("groups"),
+                        .log_y = plot.value("log_y", false)};
+  if (plot.contains("levels")) result.levels = numbers(plot["levels"]);
+  for (const Json& each : plot.at("series")) {
+    result.series.push_back({.name = each.at("name"), .y = numbers(each.at("y"))});
+  }
+  return result;
+}
+
 }  // namespace
 
 std::string draw(const Json& specification, const std::filesystem::path& folder) {
@@ -45,6 +57,8 @@ std::string draw(const Json& specification, const std::filesystem::path& folder)
     const std::string kind = plot.at("kind");
     if (kind == "lines") {
       plots.add(plot.at("name"), lines(plot));
+    } else if (kind == "bars") {
+      plots.add(plot.at("name"), bars(plot));
     } else if (kind == "segments") {
       plots.add(plot.at("name"), segments(plot));
     } else {

@@ -75,6 +75,26 @@ TEST(Plot, HistogramCounts) {
   EXPECT_TRUE(contains(plot_script("p", plot), "no data"));
 }
 
+TEST(Plot, BarsStandSideBySide) {
+  BarPlot plot{.title = awkward,
+               .groups = {"a", "b's"},
+               .log_y = true,
+               .levels = {5},
+               .series = {{"one", {2, 0}}, {"two", {4, 8}}}};
+  const std::string script = plot_script("p", plot);
+  EXPECT_TRUE(contains(script, "$d0 << END\n-0.2 2\nEND\n")) << script;
+  EXPECT_TRUE(contains(script, "$d1 << END\n0.2 4\n1.2 8\nEND\n")) << script;
+  EXPECT_TRUE(contains(script, "('a' 0, 'b''s' 1)")) << script;
+  EXPECT_TRUE(contains(script, "set yrange [1:*]")) << script;
+  EXPECT_TRUE(contains(plot_script("p", BarPlot{}), "no data"));
+  const TemporaryFolder folder;
+  PlotFolder plots(folder.path());
+  plots.add("p", plot);
+  if (have_gnuplot()) {
+    EXPECT_EQ(plots.draw(), "");
+  }
+}
+
 TEST(Plot, SegmentsAreDifferencesAndSaidToBeThinned) {
   SegmentPlot plot{.title = "t", .most = 2, .segments = {{1, 2, 4, 6}, {0, 0, 1, 1}}};
   EXPECT_TRUE(contains(plot_script("p", plot), "<< END\n1 2 3 4\n0 0 1 1\nEND\n"));
