@@ -22,6 +22,7 @@
 #include <raybundle/bench/loaded_blas.h>
 #include <raybundle/models/io/bal.h>
 #include <raybundle/models/problem.h>
+#include <raybundle/tools/memory.h>
 
 namespace {
 
@@ -196,18 +197,6 @@ struct Times {
   double read, construct, solve;
 };
 
-/// The most memory this process has had in use, bytes. The figure of getrusage() survives exec()
-/// and may be that of a larger parent.
-std::int64_t peak_memory() {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    std::int64_t kilobytes = 0;
-    if (word == "VmHWM:" && status >> kilobytes) return kilobytes * 1024;
-    status.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
-  }
-  return 0;
-}
-
 void write(std::ostream& out, const std::map<std::string, std::string>& arguments,
            const Recorder& recorder, const ceres::Solver::Summary& summary, const Times& times) {
   const auto option = [](const auto& o) { return quote(o.first) + ": " + quote(o.second); };
@@ -241,7 +230,7 @@ void write(std::ostream& out, const std::map<std::string, std::string>& argument
                  {"residual", summary.residual_evaluation_time_in_seconds},
                  {"jacobian", summary.jacobian_evaluation_time_in_seconds},
                  {"linear", summary.linear_solver_time_in_seconds}})
-      << ",\n\"peak_rss_bytes\": " << peak_memory() << "}\n}\n";
+      << ",\n\"peak_rss_bytes\": " << raybundle::tools::peak_memory() << "}\n}\n";
 }
 
 int run(int argc, char** argv) {

@@ -8,10 +8,9 @@ using linalg::index;
 // multiplications with addition in a nanosecond (docs/decisions.md).
 LinearWork linear_work(const linalg::BlockLayout& layout) {
   constexpr double per_nanosecond = 20;
-  constexpr double row_nanoseconds = 10;  // of a product
-  constexpr double prepared_nanoseconds =
-      35;                                  // of a row, by the elimination and the preconditioner
-  constexpr double pair_nanoseconds = 25;  // of the products of two rows of a leaf
+  constexpr double row_nanoseconds = 10;       // of a product
+  constexpr double prepared_nanoseconds = 35;  // of a row: elimination and preconditioner
+  constexpr double pair_nanoseconds = 25;      // of the products of two rows of a leaf
   const double width = static_cast<double>(layout.hub_size) / 9;
   const auto rows = static_cast<double>(layout.rows);
   double pairs = 0;
