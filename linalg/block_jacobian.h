@@ -5,36 +5,57 @@
 #include <raybundle/linalg/large_vector.h>
 #include <raybundle/linalg/parallel.h>
 
+#include <cstddef>
+
 namespace raybundle::linalg {
 
-/// The non-zero blocks of a Jacobian, row by row; the matrix itself is never formed.
-struct BlockJacobian {
-  explicit BlockJacobian(const BlockLayout& block_layout);
+/// The non-zero blocks of a Jacobian, row by row; the matrix itself is never formed. Rows are
+/// rounded to a precision when they are stored; whatever is computed from them is summed in double.
+class BlockJacobian {
+ public:
+  explicit BlockJacobian(const BlockLayout& block_layout,
+                         Precision precision = Precision::double_precision);
 
-  const BlockLayout* layout;          ///< outlives this
-  LargeVector<double> hub_blocks;     ///< rows x (row_size x hub_size), row-major
-  LargeVector<double> leaf_blocks;    ///< rows x (row_size x leaf_size), row-major
+  const BlockLayout& layout() const { return *layout_; }
+  Precision precision() const { return precision_; }
+  /// Room for the same rows in another precision; their values are lost.
+  void set_precision(Precision precision);
+
+  /// Bytes that one takes.
+  static double memory(const BlockLayout& layout, Precision precision);
+
+  /// What kernels take.
+  JacobianView view() const;
+  const void* blocks(Side side) const {
+    return side == Side::hubs ? hub_blocks_.data() : leaf_blocks_.data();
+  }
+
+  /// One number: of residual r of a row, by unknown k of its block of a side.
+  double at(Side side, std::int64_t row, int r, int k) const;
+  void set(Side side, std::int64_t row, int r, int k, double value);
+
   LargeVector<double> anchor_blocks;  ///< Z: anchors x (leaf_size x hub_size), row-major
 
-  const double* blocks(Side side) const {
-    return side == Side::hubs ? hub_blocks.data() : leaf_blocks.data();
-  }
+ private:
+  std::int64_t place(Side side, std::int64_t row, int r, int k) const;
+
+  const BlockLayout* layout_;  // outlives this
+  Precision precision_ = Precision::double_precision;
+  LargeVector<std::byte> hub_blocks_;   // rows x (row_size x hub_size); see is_narrow()
+  LargeVector<std::byte> leaf_blocks_;  // rows x (row_size x leaf_size)
 };
 
 /// The kernels for a layout.
-const BlockKernels& block_kernels(const BlockLayout& layout);
-const EliminationKernels& elimination_kernels(const BlockLayout& layout, Side eliminated);
+KernelShape kernel_shape(const BlockLayout& layout, Precision precision);
+const BlockKernels& block_kernels(const BlockJacobian& J);
 
-/// What kernels take.
 SideView side_view(const BlockLayout& layout, Side side);
-AnchorView anchor_view(const BlockJacobian& J);
-JacobianView view(const BlockJacobian& J);
 
 /// u = J x; x has layout.unknowns() entries, u layout.residuals().
 void multiply(const BlockJacobian& J, const double* x, double* u, ThreadPool& pool);
 
-/// The same, and |u|^2.
-double multiply_squares(const BlockJacobian& J, const double* x, double* u, ThreadPool& pool);
+/// |J x|^2
+double multiply_squares(const BlockJacobian& J, const double* x, ThreadPool& pool);
 
 /// y = J^T u, all unknowns.
 void transpose_multiply(const BlockJacobian& J, const double* u, double* y, ThreadPool& pool);

@@ -63,6 +63,11 @@ struct BlockLayout {
   std::int64_t offset(Side side) const { return side == Side::hubs ? 0 : size(Side::hubs); }
   std::int64_t unknowns() const { return size(Side::hubs) + size(Side::leaves); }
   std::int64_t residuals() const { return rows * row_size; }
+  /// The first row of a leaf, or of those after it; of `leaves`: how many rows there are.
+  std::int64_t first_row(std::int64_t leaf) const {
+    const std::int64_t coupling = leaf_side.begin[index(leaf)];
+    return coupling_rows.empty() ? coupling : coupling_rows[index(coupling)];
+  }
   bool anchored() const { return !anchorage.begin.empty(); }
   std::int64_t anchors() const { return static_cast<std::int64_t>(anchorage.coupling.size()); }
 };

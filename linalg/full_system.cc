@@ -25,8 +25,7 @@ void FullSystem::apply(const double* x, double* y) {
 
 double FullSystem::expand(const double* x, double* step) {
   std::copy_n(x, size(), step);
-  rows_.resize(index(layout_.residuals()));
-  return multiply_squares(*at_.J, x, rows_.data(), pool_);
+  return multiply_squares(*at_.J, x, pool_);
 }
 
 // The hubs after a that share a leaf with a, one of both being its anchor.
@@ -100,7 +99,8 @@ EliminationView FullSystem::view() const {
 }
 
 void FullSystem::write_couplings(SymmetricBlocks& A) const {
-  const EliminationKernels& kernels = elimination_kernels(layout_, Side::leaves);
+  const EliminationKernels& kernels =
+      elimination_kernels(kernel_shape(layout_, at_.J->precision()), true);
   const Incidence& hubs = layout_.hub_side;
   for_blocks(layout_, Side::hubs, pool_, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t a = first; a < last; ++a) {

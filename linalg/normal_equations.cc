@@ -11,16 +11,18 @@ NormalEquations::NormalEquations(const BlockLayout& block_layout)
       hub_diagonal_(index(layout->size(Side::hubs))),
       own_gradient_(layout->anchored() ? hub_diagonal_.size() : 0) {}
 
-void NormalEquations::form(const BlockJacobian& J, const double* r, ThreadPool& pool) {
-  const BlockKernels& kernels = block_kernels(*layout);
-  double* g_leaf = gradient.data() + layout->offset(Side::leaves);
+NormalEquations::TileEnd NormalEquations::tile_end(std::int64_t row, std::int64_t leaf,
+                                                   std::int64_t last_leaf) const {
+  const std::int64_t full = row + tile_rows;
+  if (layout->first_row(leaf + 1) > full) return {leaf, full};
+  while (leaf < last_leaf && layout->first_row(leaf + 1) <= full) ++leaf;
+  return {leaf, layout->first_row(leaf)};
+}
+
+// From what was summed by hub.
+void NormalEquations::collect(const double* sums) {
   const int size = layout->hub_size;
   const int rows = sums_of_hub(layout->anchored());
-  const double* sums = sums_.form(
-      *layout, std::int64_t{size} * rows, pool,
-      [&](std::int64_t first, std::int64_t last, std::int64_t /*piece*/, double* of_hubs) {
-        kernels.normal_equations(view(J), r, first, last, {C.data(), g_leaf, of_hubs});
-      });
   for (std::int64_t i = 0; i < layout->size(Side::hubs); ++i) {
     const double* of_hub = sums + i / size * size * rows + i % size;
     hub_diagonal_[index(i)] = of_hub[0];
@@ -39,7 +41,7 @@ void NormalEquations::diagonal_blocks(const BlockJacobian& J, Side side, std::ve
   }
   H.resize(index(layout->size(side) * layout->hub_size));
   for_blocks(*layout, side, pool, [&](std::int64_t first, std::int64_t last) {
-    block_kernels(*layout).hub_squares(view(J), C.data(), first, last, H.data());
+    block_kernels(J).hub_squares(J.view(), C.data(), first, last, H.data());
   });
 }
 

@@ -14,7 +14,6 @@ namespace raybundle::linalg {
 struct Linearization {
   const BlockJacobian* J;
   const NormalEquations* normal;
-  const double* residual;
 };
 
 /// Square blocks along a diagonal, in runs of equal size.

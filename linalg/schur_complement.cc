@@ -31,15 +31,17 @@ SchurComplement::SchurComplement(const BlockLayout& layout, Side eliminated, Thr
       pool_(pool),
       kept_(opposite(eliminated)),
       eliminated_(eliminated),
-      kernels_(elimination_kernels(layout, eliminated)),
       M_(index(layout.size(eliminated) * layout.block_size(eliminated))),
-      U_(index(layout.residuals() * layout.block_size(eliminated))),
-      y_(index(layout.size(eliminated))) {
+      q_(index(layout.size(eliminated))) {
+  const KernelShape shape = kernel_shape(layout, Precision::double_precision);
+  static_cast<void>(elimination_kernels(shape, eliminated == Side::leaves));  // or throws
   most_residuals_ = layout.row_size * most_rows(layout, eliminated);
   scratch_.resize(index(max_chunks * most_residuals_));
-  if (layout.anchored()) {
-    W_.resize(index(layout.couplings * layout.hub_size * layout.leaf_size));
-  }
+}
+
+const EliminationKernels& SchurComplement::kernels() const {
+  return elimination_kernels(kernel_shape(layout_, at_.J->precision()),
+                             eliminated_ == Side::leaves);
 }
 
 EliminationView SchurComplement::view() {
@@ -49,17 +51,19 @@ EliminationView SchurComplement::view() {
           at_.J->blocks(eliminated_),
           damping(eliminated_),
           M_.data(),
-          U_.data(),
-          y_.data(),
+          q_.data(),
           W_.data(),
-          anchor_view(*at_.J)};
+          at_.J->view().anchors};
 }
 
 void SchurComplement::prepare(const Linearization& at, const double* damping) {
   at_ = at;
   damping_ = damping;
   factor();
-  transform();
+  const double* g = at_.normal->gradient.data() + layout_.offset(eliminated_);
+  for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
+    kernels().solve_own(view(), g, first, last);
+  });
 }
 
 void SchurComplement::factor() {
@@ -75,7 +79,7 @@ void SchurComplement::factor() {
         std::array<std::int64_t, grain> failed;
         for (; first < last; first += grain) {
           const std::int64_t end = std::min(last, first + grain);
-          const std::int64_t count = kernels_.factor(H, damping(eliminated_), pivot_tolerance,
+          const std::int64_t count = kernels().factor(H, damping(eliminated_), pivot_tolerance,
                                                      first, end, M_.data(), failed.data());
           if (count == 0) continue;
           const std::lock_guard lock(mutex);
@@ -100,13 +104,6 @@ void SchurComplement::factor_deficient(const std::vector<std::int64_t>& blocks) 
   }
 }
 
-void SchurComplement::transform() {
-  const double* g = at_.normal->gradient.data() + layout_.offset(eliminated_);
-  for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
-    kernels_.transform(view(), g, first, last);
-  });
-}
-
 const double* SchurComplement::own_gradient() const {
   return kept_ == Side::hubs ? at_.normal->own_hub_gradient()
                              : at_.normal->gradient.data() + offset();
@@ -115,7 +112,7 @@ const double* SchurComplement::own_gradient() const {
 void SchurComplement::gradient(double* v) {
   std::copy_n(own_gradient(), size(), v);
   for_blocks(layout_, kept_, pool_, [&](std::int64_t first, std::int64_t last) {
-    kernels_.reduce_gradient(view(), first, last, v);
+    kernels().reduce_gradient(view(), first, last, v);
   });
 }
 
@@ -131,7 +128,7 @@ void SchurComplement::apply_to_hubs(const double* x, double* y) {
   const double* sums = product_sums_.form(
       layout_, layout_.hub_size, pool_,
       [&](std::int64_t first, std::int64_t last, std::int64_t piece, double* part) {
-        kernels_.multiply(view(), x, first, last, scratch(piece), part);
+        kernels().multiply(view(), x, first, last, scratch(piece), part);
       });
   const double* d = damping(kept_);
   for_entries(size(), pool_, [&](std::size_t i) { y[i] = d[i] * x[i] + sums[i]; });
@@ -140,7 +137,7 @@ void SchurComplement::apply_to_hubs(const double* x, double* y) {
 void SchurComplement::apply_to_leaves(const double* x, double* y) {
   rows_.resize(index(layout_.residuals()));
   for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
-    kernels_.project(view(), x, first, last, rows_.data());
+    kernels().project(view(), x, first, last, rows_.data());
   });
   transpose_multiply_leaves(*at_.J, rows_.data(), y, pool_);
   const double* d = damping(kept_);
@@ -154,7 +151,7 @@ double SchurComplement::expand(const double* x, double* step) {
       chunks(layout_.block_count(eliminated_), eliminated_ == Side::hubs ? 1 : 128);
   std::array<double, max_chunks> squares = {};
   pool_.run(pieces.pieces, [&](std::int64_t piece) {
-    squares[index(piece)] = kernels_.back_substitute(
+    squares[index(piece)] = kernels().back_substitute(
         view(), x, pieces.begin(piece), pieces.end(piece), scratch(piece), x_eliminated);
   });
   return std::accumulate(squares.begin(), squares.end(), 0.0);
@@ -171,6 +168,12 @@ void SchurComplement::start_row(SymmetricBlocks& A, std::int64_t a, double* v) c
 }
 
 void SchurComplement::assemble(SymmetricBlocks& A, double* v) {
+  if (layout_.anchored()) {
+    W_.resize(index(layout_.couplings * layout_.hub_size * layout_.leaf_size));
+    for_blocks(layout_, eliminated_, pool_, [&](std::int64_t first, std::int64_t last) {
+      kernels().couple(view(), first, last);
+    });
+  }
   const SymmetricPattern& pattern = A.pattern();
   const std::int64_t count = layout_.block_count(kept_);
   const Chunks pieces = chunks(count, 1);
@@ -184,7 +187,7 @@ void SchurComplement::assemble(SymmetricBlocks& A, double* v) {
       }
       const BlockRowView row = {A.row(a), A.stride(a), slot};
       start_row(A, a, v);
-      kernels_.add_products(view(), a, row, v);
+      kernels().add_products(view(), a, row, v);
     }
   });
 }
@@ -204,7 +207,7 @@ void SchurComplement::reduced_diagonal(DiagonalBlocks& out, double* v) {
   } else {
     gradient(v);
     for_blocks(layout_, kept_, pool_, [&](std::int64_t first, std::int64_t last) {
-      kernels_.diagonal_blocks(view(), first, last, A.data());
+      kernels().diagonal_blocks(view(), first, last, A.data());
     });
   }
   damp_diagonal(out);
@@ -216,7 +219,7 @@ void SchurComplement::reduced_diagonal_of_hubs(double* A, double* v) {
   const double* sums =
       diagonal_sums_.form(layout_, triangle + size, pool_,
                           [&](std::int64_t first, std::int64_t last, std::int64_t /*piece*/,
-                              double* part) { kernels_.add_diagonal(view(), first, last, part); });
+                              double* part) { kernels().add_diagonal(view(), first, last, part); });
   const double* g = own_gradient();
   for (std::int64_t a = 0; a < layout_.hubs; ++a, sums += triangle + size) {
     for (int i = 0; i < size; ++i, ++g) {

@@ -7,12 +7,12 @@
 namespace raybundle::linalg {
 
 /// The reduced system after eliminating one side. With k the kept and e the eliminated side,
-/// M M^T = (H_ee + D_e)^-1 block by block, U = J_e M and y = M^T g_e,
-///   A = J_k^T P J_k + D_k,  P = I - U U^T,  v = g_k - J_k^T U y,
-/// for the implicit product as for the explicit matrix. U takes the place of the coupling blocks
-/// of E, which are never stored: it has the size of the eliminated Jacobian. Hubs that anchor
-/// leaves cannot be eliminated, their block of H not being block diagonal. Anchored leaves are
-/// eliminated as kernel_table.h says, with W by coupling beside U.
+/// M M^T = (H_ee + D_e)^-1 block by block and q = M M^T g_e,
+///   A = J_k^T P J_k + D_k,  P = I - J_e M M^T J_e^T,  v = g_k - J_k^T J_e q,
+/// for the implicit product as for the explicit matrix. The coupling blocks of E are never stored:
+/// rows of J do for them, and but for M and q nothing is kept. Hubs that anchor leaves cannot be
+/// eliminated, their block of H not being block diagonal. Anchored leaves are eliminated as
+/// kernel_table.h says, with W by coupling for the explicit matrix.
 class SchurComplement final : public ReducedSystem {
  public:
   /// Throws std::invalid_argument for hubs to be eliminated that are anchors.
@@ -34,11 +34,11 @@ class SchurComplement final : public ReducedSystem {
 
  private:
   EliminationView view();
+  const EliminationKernels& kernels() const;
   const double* own_gradient() const;
   const double* eliminated_blocks() const;
   void factor();
   void factor_deficient(const std::vector<std::int64_t>& blocks);
-  void transform();
   void apply_to_hubs(const double* x, double* y);
   void apply_to_leaves(const double* x, double* y);
   double* scratch(std::int64_t piece) { return scratch_.data() + piece * most_residuals_; }
@@ -52,13 +52,11 @@ class SchurComplement final : public ReducedSystem {
   ThreadPool& pool_;
   Side kept_;
   Side eliminated_;
-  const EliminationKernels& kernels_;
   Linearization at_ = {};
   const double* damping_ = nullptr;
   LargeVector<double> M_;            // block by block
-  LargeVector<double> U_;            // row by row
-  std::vector<double> y_;            // block by block
-  LargeVector<double> W_;            // coupling by coupling; of anchored leaves
+  LargeVector<double> q_;            // block by block
+  LargeVector<double> W_;            // coupling by coupling; of anchored leaves, for assemble()
   LargeVector<double> rows_;         // scratch of apply_to_leaves(), one number per residual
   HubSums product_sums_;             // of apply_to_hubs()
   HubSums diagonal_sums_;            // of reduced_diagonal_of_hubs()

@@ -98,18 +98,18 @@ struct AnchoredRows {
   }
 
   template <PoseUpdate Update>
-  static void linearize_row(const ResidualInput& in, const ResidualOutput& out, Index row,
+  static void linearize_row(const ResidualInput& in, const ResidualOutput& out, Index row, Index at,
                             const CameraFrame& main, const AnchoredPoint& point) {
     const CameraFrame& observer = in.cameras[in.row_camera[row]];
     const bool own = &main == &observer;
     const double s = own ? point.inverse_distance : point.s;
     double D[3], X_c[3], A[3 * R], L[6], offset[3];
     ray(point, main, observer, D, X_c);
-    Measure<sensor>::residual(observer, X_c, in.observed + R * row, out.residual + R * row, A, L);
+    Measure<sensor>::residual(observer, X_c, in.observed + R * row, out.residual + R * at, A, L);
     for (int i = 0; i < 3; ++i) offset[i] = main.P[i] - observer.P[i];
     for (int i = 0; i < R; ++i) {
       double b[3], by_centre[3], by_turn[3];
-      double* J_leaf = out.J_leaf + (R * row + i) * 3;
+      double* J_leaf = out.J_leaf + (R * at + i) * 3;
       row_times_matrix(A + 3 * i, observer.R_cw, b);
       if (own) {
         own_leaf_row(point, b, J_leaf);
@@ -118,7 +118,7 @@ struct AnchoredRows {
       }
       for (int k = 0; k < 3; ++k) by_centre[k] = -s * b[k];
       cross(b, D, by_turn);
-      double* J = out.J_hub + (R * row + i) * hub_size;
+      double* J = out.J_hub + (R * at + i) * hub_size;
       pose_row<Update>(observer, by_centre, by_turn, J);
       if constexpr (sensor == Sensor::pixel_and_lens) {
         for (int k = 0; k < 3; ++k) J[6 + k] = L[3 * i + k];
@@ -152,8 +152,8 @@ struct AnchoredRows {
         }
       }
       for (; row < last && in.row_point[row] == at; ++row) {
-        linearize_row<Update>(in, out, row, in.cameras[anchors.main], point);
-        sum += squares(out.residual + R * row, R);
+        linearize_row<Update>(in, out, row, row - first, in.cameras[anchors.main], point);
+        sum += squares(out.residual + R * (row - first), R);
       }
     }
     return 0.5 * sum;

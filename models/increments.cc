@@ -53,10 +53,11 @@ class Differences {
         moved_(state_),
         J_(objective_.layout()),
         unused_(objective_.layout()),
+        normal_(objective_.layout()),
         residual_(index(objective_.layout().residuals())),
         other_(residual_.size()),
         direction_(index(objective_.layout().unknowns())) {
-    objective_.linearize(state_, residual_.data(), J_);
+    objective_.linearize(state_, J_, normal_, residual_.data());
   }
 
   // Squared norms of the error of one column, and of the analytic column itself.
@@ -72,7 +73,7 @@ class Differences {
           other_way ? -step : step;
     }
     objective_.retract(state_, direction_.data(), moved_);
-    objective_.linearize(moved_, other_.data(), unused_);
+    objective_.linearize(moved_, unused_, normal_, other_.data());
     std::vector<double> analytic(residual_.size());
     multiply(J_, direction_.data(), analytic.data(), pool_);
     for (std::size_t i = 0; i < other_.size(); ++i) {
@@ -95,6 +96,7 @@ class Differences {
   Objective objective_;
   State state_, moved_;
   linalg::BlockJacobian J_, unused_;
+  linalg::NormalEquations normal_;
   std::vector<double> residual_, other_, direction_;
 };
 

@@ -217,22 +217,19 @@ double Objective::robust_cost(const ResidualInput& in, std::int64_t first,
   return 0.5 * sum;
 }
 
-double Objective::robust_linearize(const ResidualInput& in, const ResidualOutput& out,
-                                   std::int64_t first, std::int64_t last) const {
+// The rows of a tile, weighted by the loss, and their cost.
+double Objective::evaluate(const ResidualInput& in, const linalg::RowTile& tile, double* Z) const {
+  const ResidualOutput out = {tile.residual, tile.J_hub, tile.J_leaf, Z};
+  const double plain = kernels_.linearize(in, out, tile.first, tile.last);
+  if (loss_.kind == Loss::none) return plain;
   const int size = layout_.row_size;
-  std::array<double, index(3 * weighted_rows)> factor;
-  double sum = 0;
-  for (std::int64_t row = first; row < last; row += weighted_rows) {
-    const std::int64_t end = std::min(row + weighted_rows, last);
-    kernels_.linearize(in, out, row, end);
-    sum += robust_weights(loss_, out.residual + size * row, end - row, size, factor.data());
-    const std::int64_t components = size * (end - row);
-    scale_rows(factor.data(), components, 1, out.residual + size * row);
-    scale_rows(factor.data(), components, layout_.leaf_size,
-               out.J_leaf + size * row * layout_.leaf_size);
-    scale_rows(factor.data(), components, layout_.hub_size,
-               out.J_hub + size * row * layout_.hub_size);
-  }
+  std::array<double, index(3 * linalg::tile_rows)> factor;
+  const double sum =
+      robust_weights(loss_, tile.residual, tile.last - tile.first, size, factor.data());
+  const std::int64_t components = size * (tile.last - tile.first);
+  scale_rows(factor.data(), components, 1, tile.residual);
+  scale_rows(factor.data(), components, layout_.leaf_size, tile.J_leaf);
+  scale_rows(factor.data(), components, layout_.hub_size, tile.J_hub);
   return 0.5 * sum;
 }
 
@@ -244,20 +241,20 @@ double Objective::cost(const State& state) {
       [&](std::int64_t first, std::int64_t last) { return cost_of(in, first, last); });
 }
 
-double Objective::linearize(const State& state, double* residual, linalg::BlockJacobian& J) {
+double Objective::linearize(const State& state, linalg::BlockJacobian& J,
+                            linalg::NormalEquations& normal, double* residual) {
   update_frames(state);
   const ResidualInput in = input(state);
-  const ResidualOutput out = {residual, J.hub_blocks.data(), J.leaf_blocks.data(),
-                              J.anchor_blocks.data()};
-  const double cost = linalg::parallel_sum(
-      pool_, layout_.rows, row_grain, [&](std::int64_t first, std::int64_t last) {
-        const double sum = loss_.kind == Loss::none ? kernels_.linearize(in, out, first, last)
-                                                    : robust_linearize(in, out, first, last);
-        clear_fixed(first, last, J);
-        return sum;
-      });
-  clear_fixed_anchors(J);
-  return cost;
+  return normal.form(J, pool_, [&](const linalg::RowTile& tile) {
+    const double cost = evaluate(in, tile, J.anchor_blocks.data());
+    clear_fixed(tile);
+    clear_fixed_anchors(tile, J);
+    if (residual != nullptr) {
+      std::copy_n(tile.residual, (tile.last - tile.first) * layout_.row_size,
+                  residual + tile.first * layout_.row_size);
+    }
+    return cost;
+  });
 }
 
 double Objective::pixel_cost(const State& state) {
@@ -275,25 +272,28 @@ double Objective::pixel_cost(const State& state) {
 }
 
 // Unknowns that stay as they are have no derivative, hence no gradient and no step.
-void Objective::clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const {
-  const int numbers = layout_.row_size * layout_.leaf_size;
-  for (std::int64_t row = first; row < last && !fixed_points_.empty(); ++row) {
+void Objective::clear_fixed(const linalg::RowTile& tile) const {
+  const int of_leaf = layout_.row_size * layout_.leaf_size;
+  const int of_hub = layout_.row_size * layout_.hub_size;
+  for (std::int64_t row = tile.first; row < tile.last && !fixed_points_.empty(); ++row) {
     if (!is_fixed(rows_.point[index(row)])) continue;
-    std::fill_n(J.leaf_blocks.data() + row * numbers, numbers, 0.0);
+    std::fill_n(tile.J_leaf + (row - tile.first) * of_leaf, of_leaf, 0.0);
   }
-  for (std::int64_t row = first; row < last && !still_.empty(); ++row) {
+  for (std::int64_t row = tile.first; row < tile.last && !still_.empty(); ++row) {
     clear_columns(still_[index(rows_.camera[index(row)])], layout_.row_size,
-                  J.hub_blocks.data() + row * layout_.row_size * layout_.hub_size);
+                  tile.J_hub + (row - tile.first) * of_hub);
   }
 }
 
-// The same of anchors, once all of Z is there: a camera that stays moves no point, and a point that
-// stays is moved by none.
-void Objective::clear_fixed_anchors(linalg::BlockJacobian& J) const {
+// The same of the anchors of points whose first row is in the tile: a camera that stays moves no
+// point, and a point that stays is moved by none.
+void Objective::clear_fixed_anchors(const linalg::RowTile& tile, linalg::BlockJacobian& J) const {
   if (!layout_.anchored() || (still_.empty() && fixed_points_.empty())) return;
   const linalg::Anchorage& anchorage = layout_.anchorage;
   const int size = layout_.leaf_size * layout_.hub_size;
-  for (std::int64_t i = 0; i < layout_.leaves; ++i) {
+  for (std::int64_t row = tile.first; row < tile.last; ++row) {
+    const std::int32_t i = rows_.point[index(row)];
+    if (row != rows_.begin[index(i)]) continue;
     for (std::int64_t k = anchorage.begin[index(i)]; k < anchorage.begin[index(i + 1)]; ++k) {
       double* Z = J.anchor_blocks.data() + k * size;
       const std::int32_t camera = layout_.hub_side.block[index(anchorage.coupling[index(k)])];

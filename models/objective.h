@@ -1,6 +1,7 @@
 #pragma once
 
 #include <raybundle/linalg/block_jacobian.h>
+#include <raybundle/linalg/normal_equations.h>
 #include <raybundle/models/anchors.h>
 #include <raybundle/models/formulation.h>
 #include <raybundle/models/observation_rows.h>
@@ -67,13 +68,15 @@ class Objective {
   /// 1/2 sum |u - observed|^2 in pixels^2, whatever the objective.
   double pixel_cost(const State& state);
 
-  /// The cost, the residuals r (layout().row_size per row) and the Jacobian J. A loss multiplies
-  /// the rows of both by sqrt(weight), so that J^T r is the gradient of the cost and J^T J the
+  /// The cost, the Jacobian J, the normal equations and, where asked for, the residuals r
+  /// (layout().row_size per row), all in one pass over the points. A loss multiplies
+  /// the rows of J and r by sqrt(weight), so that J^T r is the gradient of the cost and J^T J the
   /// matrix of iteratively reweighted least squares [Qu18, Eq. 4.26, 4.27]. There is no term of
   /// second order: rho is concave, so that the weighted squares of any state, moved to equal the
   /// cost at this one, lie nowhere below the cost. Rows beyond the cut of a loss are exactly 0;
   /// rows that cannot be projected are not finite, like the cost.
-  double linearize(const State& state, double* residual, linalg::BlockJacobian& J);
+  double linearize(const State& state, linalg::BlockJacobian& J, linalg::NormalEquations& normal,
+                   double* residual = nullptr);
 
   /// next = state moved by `step` (layout().unknowns() numbers). `next` must have its sizes.
   void retract(const State& state, const double* step, State& next);
@@ -105,14 +108,13 @@ class Objective {
   void hold_points(State& state) const;
   void update_frames(const State& state);
   unsigned fixed_mask(std::int64_t camera) const;
-  void clear_fixed(std::int64_t first, std::int64_t last, linalg::BlockJacobian& J) const;
-  void clear_fixed_anchors(linalg::BlockJacobian& J) const;
+  void clear_fixed(const linalg::RowTile& tile) const;
+  void clear_fixed_anchors(const linalg::RowTile& tile, linalg::BlockJacobian& J) const;
   void clear_columns(unsigned mask, int rows, double* block) const;
   ResidualInput input(const State& state) const;
   double cost_of(const ResidualInput& in, std::int64_t first, std::int64_t last) const;
   double robust_cost(const ResidualInput& in, std::int64_t first, std::int64_t last) const;
-  double robust_linearize(const ResidualInput& in, const ResidualOutput& out, std::int64_t first,
-                          std::int64_t last) const;
+  double evaluate(const ResidualInput& in, const linalg::RowTile& tile, double* Z) const;
 
   Formulation formulation_;
   RobustLoss loss_;

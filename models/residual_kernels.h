@@ -33,9 +33,10 @@ struct ResidualInput {
                      ///< of its associate; null for xyz
 };
 
-/// What linearisation writes: row by row the residual (2 or 3 numbers), J_hub (9 columns: rotation,
-/// translation, lens, or 6 without lens) and J_leaf (3 columns), and of points whose first row is
-/// in the range Z: what a step of an anchor is worth in steps of the point (3 x 9 or 3 x 6 each).
+/// What linearisation writes: row by row, from the first of the range on, the residual (2 or 3
+/// numbers), J_hub (9 columns: rotation, translation, lens, or 6 without lens) and J_leaf (3
+/// columns), and of points whose first row is in the range Z: what a step of an anchor is worth in
+/// steps of the point (3 x 9 or 3 x 6 each).
 struct ResidualOutput {
   double* residual;
   double* J_hub;

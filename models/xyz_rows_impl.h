@@ -70,13 +70,14 @@ struct XyzRows {
       const CameraFrame& camera = in.cameras[in.row_camera[row]];
       const double* X = in.points + 3 * Index{in.row_point[row]};
       double X_c[3], A[3 * R], L[6];
-      double* residual = out.residual + R * row;
+      const Index at = row - first;
+      double* residual = out.residual + R * at;
       to_camera(camera, X, X_c);
       Measure<sensor>::residual(camera, X_c, in.observed + R * row, residual, A, L);
       sum += squares(residual, R);
       for (int i = 0; i < R; ++i) {
-        double* J_leaf = out.J_leaf + (R * row + i) * 3;
-        double* J_hub = out.J_hub + (R * row + i) * hub_size;
+        double* J_leaf = out.J_leaf + (R * at + i) * 3;
+        double* J_hub = out.J_hub + (R * at + i) * hub_size;
         row_times_matrix(A + 3 * i, camera.R_cw, J_leaf);  // [Qu18, Eq. 3.37]
         pose_row<Update>(camera, X, X_c, A + 3 * i, J_leaf, J_hub);
         if constexpr (sensor == Sensor::pixel_and_lens) {

@@ -104,6 +104,10 @@ void visit_options(AnyOptions& o, Visit&& visit) {
   visit(o.forcing_rule,
         OptionInfo{"forcing-rule", "what ends the inner iterations; auto: nash-sofer"});
   visit(o.forcing, OptionInfo{"forcing", "t of the forcing rule; auto: 0.1", 0, 0.99});
+  visit(o.precision,
+        OptionInfo{"precision",
+                   "of the stored rows of the Jacobian; auto: single, and double where model and "
+                   "cost disagree"});
   visit(o.inc.rotation,
         OptionInfo{"inc-rotation",
                    "increment of rotations, radians; auto: 1e-9, with anchored points 1e-8", 1e-100,
@@ -170,6 +174,8 @@ template <>
 inline constexpr int enum_count<RayWeight> = 3;
 template <>
 inline constexpr int enum_count<Gauge> = 2;
+template <>
+inline constexpr int enum_count<Precision> = 2;
 
 template <class Enum>
 Enum parse_enum(const std::string& option, const std::string& text) {

@@ -283,6 +283,7 @@ const char* name(PointStart value) { return pick(std::array{"problem", "rays"}, 
 const char* name(PointSteps value) { return pick(std::array{"all", "better"}, value); }
 const char* name(ObjectiveKind value) { return pick(std::array{"pixel", "ray"}, value); }
 const char* name(Gauge value) { return pick(std::array{"free", "fixed"}, value); }
+const char* name(Precision value) { return pick(std::array{"single", "double"}, value); }
 const char* name(RayWeight value) { return pick(std::array{"pixel", "focal", "unit"}, value); }
 
 Options resolve(const Options& options) {
@@ -306,6 +307,7 @@ Options resolve(const Options& options) {
   effective.gauge = given.gauge.value_or(method.gauge);
   effective.point_steps = given.point_steps.value_or(method.point_steps);
   effective.point_start = given.point_start.value_or(PointStart::problem);
+  if (given.diagnose) effective.precision = given.precision.value_or(Precision::double_precision);
   if (ray) effective.ray_weight = given.ray_weight.value_or(RayWeight::pixel);
   if (method.bounded) {
     const double first = given.initial_radius.value_or(1);

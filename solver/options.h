@@ -1,5 +1,6 @@
 #pragma once
 
+#include <raybundle/linalg/precision.h>
 #include <raybundle/models/formulation.h>
 #include <raybundle/models/robust_loss.h>
 
@@ -37,6 +38,8 @@ enum class PointStart { problem, rays };
 /// the cameras having taken theirs. The others stay for once (anchored ones go with their anchors),
 /// and do not spoil a step that is good for all else.
 enum class PointSteps { all, better };
+
+using linalg::Precision;
 
 /// The increments of the `inc` matrix, one per kind of parameter; empty: those of
 /// models/increments.h.
@@ -88,6 +91,10 @@ struct Options {
   std::optional<ForcingRule> forcing_rule = {};
   std::optional<double> forcing = {};  ///< t of the rule
 
+  /// Of the rows of the Jacobian. Empty: single, and double from where on model and cost disagree
+  /// (with `diagnose` double); the summary has what it was in the end.
+  std::optional<Precision> precision = {};
+
   IncrementOptions inc = {};
 
   bool diagnose = false;  ///< eigenvalues of every linearisation: IterationRecord::diagnosis
@@ -111,6 +118,7 @@ const char* name(PointSteps value);
 const char* name(ObjectiveKind value);
 const char* name(RayWeight value);
 const char* name(Gauge value);
+const char* name(Precision value);
 
 /// Fills every empty choice with what the method prefers and checks ranges and combinations.
 /// Throws OptionError for a value out of range, or for an option that would have no effect.

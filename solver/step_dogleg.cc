@@ -36,8 +36,7 @@ class DoglegStep final : public StepSolver {
         cauchy_(index(unknowns_)),
         newton_(index(unknowns_)),
         diagonal_(index(unknowns_)),
-        damping_(index(unknowns_)),
-        J_cauchy_(index(layout.residuals())) {}
+        damping_(index(unknowns_)) {}
 
   StepReport solve(const StepRequest& request, double* step) override {
     StepReport report = {.eliminated = elimination_, .linear_solves = 0};
@@ -85,8 +84,7 @@ class DoglegStep final : public StepSolver {
       cauchy_[i] = -inverse * inverse * g[i];
     });
     const double slope = -linalg::dot(g.data(), cauchy_.data(), unknowns_, pool_);
-    const double curvature =
-        linalg::multiply_squares(*request.at.J, cauchy_.data(), J_cauchy_.data(), pool_);
+    const double curvature = linalg::multiply_squares(*request.at.J, cauchy_.data(), pool_);
     const double along = curvature > 0 ? slope / curvature : 0;
     linalg::for_entries(unknowns_, pool_, [&](std::size_t i) { cauchy_[i] *= along; });
     cauchy_length_ = length(request, cauchy_);
@@ -159,7 +157,6 @@ class DoglegStep final : public StepSolver {
   std::vector<double> newton_;
   std::vector<double> diagonal_;
   std::vector<double> damping_;
-  std::vector<double> J_cauchy_;
   double cauchy_length_ = 0;
   double newton_length_ = 0;
   double regularisation_ = 0;

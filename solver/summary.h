@@ -97,6 +97,7 @@ struct [[nodiscard]] Summary {
   std::int64_t inner_iterations = 0;
   int threads = 1;  ///< used
   Timing seconds;
+  int widened_at = -1;  ///< iteration after which rows of J went from single to double precision
   std::string linear_solver;  ///< what solved the linear systems, in words
   std::vector<IterationRecord> iterations;
 

@@ -49,12 +49,10 @@ TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::Thread
       pool_(pool),
       observer_(observer),
       start_(start),
-      residual_(index(objective.layout().residuals())),
-      J_(objective.layout()),
+      J_(objective.layout(), options.precision.value_or(Precision::single_precision)),
       normal_(objective.layout()),
       damping_diagonal_(index(objective.layout().unknowns())),
       step_(index(objective.layout().unknowns())),
-      J_step_(index(objective.layout().residuals())),
       increments_(increments(options)),
       loss_(options),
       convergence_(options, objective.layout().residuals(), objective.rounding_cost()) {
@@ -132,7 +130,7 @@ void TrustRegion::compute_step() {
   const PhaseTimer timer(summary_.seconds.linear);
   fill_damping();
   StepRequest request = {
-      .at = {&J_, &normal_, residual_.data()},
+      .at = {&J_, &normal_},
       .relinearised = relinearised_,
       .damping = damping_diagonal_.data(),
       .inverse_scaling = inverse_scaling_.empty() ? nullptr : inverse_scaling_.data()};
@@ -187,9 +185,8 @@ void TrustRegion::predict_decrease(const std::optional<double>& known_curvature)
   const PhaseTimer timer(summary_.seconds.linear);
   const auto unknowns = static_cast<std::int64_t>(step_.size());
   const double slope = linalg::dot(normal_.gradient.data(), step_.data(), unknowns, pool_);
-  const double curvature = known_curvature
-                               ? *known_curvature
-                               : linalg::multiply_squares(J_, step_.data(), J_step_.data(), pool_);
+  const double curvature =
+      known_curvature ? *known_curvature : linalg::multiply_squares(J_, step_.data(), pool_);
   const double damped = linalg::parallel_sum(
       pool_, unknowns, vector_grain, [&](std::int64_t first, std::int64_t last) {
         double sum = 0;
@@ -230,8 +227,7 @@ void TrustRegion::judge() {
 void TrustRegion::linearize() {
   const PhaseTimer timer(summary_.seconds.jacobian);
   // The sum it returns is rounded differently; costs that are compared come from one function.
-  static_cast<void>(objective_.linearize(state_, residual_.data(), J_));
-  normal_.form(J_, residual_.data(), pool_);
+  static_cast<void>(objective_.linearize(state_, J_, normal_));
   fill_matrices();
   relinearised_ = true;
   const auto unknowns = static_cast<std::int64_t>(normal_.gradient.size());
@@ -249,7 +245,7 @@ void TrustRegion::linearize() {
 void TrustRegion::diagnose() {
   if (!diagnoser_) return;
   const PhaseTimer timer(summary_.seconds.diagnosis);
-  record_.diagnosis = diagnoser_->measure({&J_, &normal_, residual_.data()});
+  record_.diagnosis = diagnoser_->measure({&J_, &normal_});
 }
 
 // 1/2 g^T diag(H)^-1 g / lambda, where lambda bounds the largest eigenvalue of H scaled to a unit
@@ -283,7 +279,9 @@ void TrustRegion::end_iteration() {
   const auto verdict = convergence_.test(record_, situation());
   const auto limit = convergence_.limit(record_);
   const bool asked = observer_ && observer_(record_) == Control::stop;
-  if (verdict && loss_.is_final()) {
+  if (!limit && !asked && rounding_is_suspect(verdict)) {
+    widen_rows();
+  } else if (verdict && loss_.is_final()) {
     stop(*verdict);
   } else if (limit) {
     stop(*limit);
@@ -314,6 +312,27 @@ void TrustRegion::tighten_loss() {
   linearize();
 }
 
+// The gradient and the cost are exact, whatever rows are rounded to: where steps promise a decrease
+// that none of them brings, or cannot be computed, the model may be what is wrong.
+bool TrustRegion::rounding_is_suspect(const std::optional<Termination>& verdict) const {
+  if (summary_.options.precision || J_.precision() == Precision::double_precision) return false;
+  const bool failed = verdict && outcome(*verdict) == Outcome::failed;
+  if (!failed && (record_.iteration == 0 || report_.solved)) return false;
+  const linalg::BlockLayout& layout = objective_.layout();
+  return linalg::BlockJacobian::memory(layout, Precision::double_precision) -
+             linalg::BlockJacobian::memory(layout, Precision::single_precision) <
+         linalg::available_memory();
+}
+
+// Once, and with it a fresh start of what failures taught.
+void TrustRegion::widen_rows() {
+  J_.set_precision(Precision::double_precision);
+  summary_.widened_at = record_.iteration;
+  convergence_.restart();
+  start_globalisation();
+  linearize();
+}
+
 void TrustRegion::set_loss_scale(double scale) {
   const PhaseTimer timer(summary_.seconds.residual);
   objective_.set_loss_scale(scale);
@@ -329,6 +348,7 @@ void TrustRegion::stop(Termination termination) {
     linearize();
   }
   summary_.final_cost = cost_;
+  summary_.options.precision = J_.precision();
   summary_.gradient_norm = record_.gradient_norm;
   summary_.seconds.total = seconds();
 }

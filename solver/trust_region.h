@@ -42,6 +42,8 @@ class TrustRegion {
   void end_iteration();
   Convergence::Situation situation() const;
   void tighten_loss();
+  bool rounding_is_suspect(const std::optional<Termination>& verdict) const;
+  void widen_rows();
   void set_loss_scale(double scale);
   void stop(Termination termination);
 
@@ -61,7 +63,6 @@ class TrustRegion {
 
   State state_;      // the best so far
   State candidate_;  // swapped with state_ when accepted
-  linalg::LargeVector<double> residual_;
   linalg::BlockJacobian J_;
   linalg::NormalEquations normal_;
   std::vector<double> damping_matrix_;    // D
@@ -69,7 +70,6 @@ class TrustRegion {
   std::vector<double> inverse_scaling_;   // D^-1 of the scaled unknowns; empty: the identity
   std::vector<double> step_;
   std::vector<double> whole_step_;  // before points were held
-  linalg::LargeVector<double> J_step_;
 
   std::optional<Diagnoser> diagnoser_;       // on request
   std::optional<Damping> damping_;           // what the method has of these

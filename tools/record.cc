@@ -129,6 +129,7 @@ Json summary_json(const SolveRecord& record) {
                {"linear_solves", summary.linear_solves},
                {"regularised", summary.regularised},
                {"linear_solver", summary.linear_solver},
+               {"widened_at", summary.widened_at},
                {"seconds", seconds_json(record)},
                {"peak_rss_bytes", peak_memory()},
                {"threads", summary.threads}};

@@ -54,6 +54,10 @@ void add_work(const SolveRecord& record, Table& table) {
   const auto& elimination = summary.options.elimination;
   table.add("eliminated", elimination ? name(*elimination) : "points or cameras, by condition");
   table.add("linear solver", summary.linear_solver);
+  if (summary.widened_at >= 0) {
+    table.add("precision", "rows of the Jacobian in double from iteration " +
+                               std::to_string(summary.widened_at) + " on");
+  }
   table.add("threads", std::to_string(summary.threads));
 }
 

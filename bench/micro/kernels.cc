@@ -19,11 +19,9 @@ struct Kernel {
 };
 
 constexpr Kernel kernels[] = {
-    {"residuals and Jacobian",
-     [](Workload& w) { w.objective.linearize(w.state, w.residual.data(), w.J); }, linearize_work},
+    {"linearisation", [](Workload& w) { w.objective.linearize(w.state, w.J, w.normal); },
+     linearize_work},
     {"cost", [](Workload& w) { benchmark::DoNotOptimize(w.objective.cost(w.state)); }, cost_work},
-    {"normal equations", [](Workload& w) { w.normal.form(w.J, w.residual.data(), w.pool); },
-     normal_work},
     {"point elimination", [](Workload& w) { w.schur.prepare(w.at(), w.damping.data()); },
      prepare_work},
     {"reduced right side", [](Workload& w) { w.schur.gradient(w.y.data()); }, gradient_work},

@@ -12,7 +12,6 @@ struct Work {
 
 Work linearize_work(const Workload& w);
 Work cost_work(const Workload& w);
-Work normal_work(const Workload& w);
 Work prepare_work(const Workload& w);
 Work gradient_work(const Workload& w);
 Work apply_work(const Workload& w);

@@ -22,16 +22,14 @@ Workload::Workload(std::int64_t observations, int threads)
       objective(problem, {}, pool),
       layout(objective.layout()),
       state(objective.state_of(problem)),
-      residual(linalg::index(layout.residuals())),
-      J(layout),
+      J(layout, linalg::Precision::single_precision),
       normal(layout),
       damping(linalg::index(layout.unknowns())),
       schur(layout, linalg::Side::leaves, pool),
       x(linalg::index(schur.size()), 1e-3),
       y(x.size()),
       step(damping.size()) {
-  objective.linearize(state, residual.data(), J);
-  normal.form(J, residual.data(), pool);
+  objective.linearize(state, J, normal);
   normal.diagonal(1e-6, 1e32, damping.data());
   for (double& d : damping) d *= 1e-4;
   schur.prepare(at(), damping.data());

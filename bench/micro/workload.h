@@ -26,14 +26,13 @@ struct Workload {
   linalg::SymmetricBlocks& reduced_matrix();
   /// Numbers stored in it.
   std::int64_t reduced_nonzeros() const;
-  linalg::Linearization at() const { return {&J, &normal, residual.data()}; }
+  linalg::Linearization at() const { return {&J, &normal}; }
 
   linalg::ThreadPool pool;
   Problem problem;
   Objective objective;
   const linalg::BlockLayout& layout;
   State state;
-  linalg::LargeVector<double> residual;
   linalg::BlockJacobian J;
   linalg::NormalEquations normal;
   std::vector<double> damping;

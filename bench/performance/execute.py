@@ -7,6 +7,7 @@ import pathlib
 import resource
 import subprocess
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from reproduce.logs import load
@@ -79,6 +80,12 @@ def stands(solver, base, threads, bounds):
     if run.end >= 0.98 * run.outcome["seconds"]:
         return run.outcome["seconds"] >= bounds.seconds
     return run.iterations < run.outcome["iterations"] or run.outcome["iterations"] >= bounds.iterations
+
+
+def execute_together(solver, problem, bases, threads, bounds):
+    """As many at once as there are bases."""
+    with ThreadPoolExecutor(len(bases)) as together:
+        list(together.map(lambda base: execute(solver, problem, base, threads, bounds), bases))
 
 
 def execute(solver, problem, base, threads, bounds):

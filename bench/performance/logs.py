@@ -11,6 +11,7 @@ from .problems import PROBLEMS
 from .variants import AUTO, CERES, FORCED, NATIVE
 
 TARGETS = (1.01, 1.001)  # times the best cost that any solver found
+SCALING_FROM = 200_000  # observations above which two threads are to show what they gain
 
 
 class Run:
@@ -50,8 +51,18 @@ class Run:
         return self.summary["peak_rss_bytes"]
 
 
+def phase_median(runs, phase):
+    """Of the seconds of a phase; `rest`: of no phase, such as the set-up. None without runs."""
+    seconds = [run.summary["seconds"] for run in runs]
+    if not seconds:
+        return None
+    if phase == "rest":
+        return statistics.median(each["total"] - sum(each[name] for name in PHASES) for each in seconds)
+    return statistics.median(each[phase] for each in seconds)
+
+
 class Results:
-    """Of one folder: runs/PROBLEM/{explore,final,screen-T,timed-T-N}/VARIANT. `rates`: see machine.py."""
+    """Of one folder: runs/PROBLEM/{explore,final,screen-T,timed-T-N,twins-N}/VARIANT. `rates`: see machine.py."""
 
     def __init__(self, folder, threads=(1, 2), rates=None):
         self.folder, self.threads, self.rates = folder, list(threads), rates or {}
@@ -175,13 +186,15 @@ class Results:
         return max(ours), fastest, min(leanest, fastest)
 
     def phase_seconds(self, problem, threads, phase):
-        """Median over the runs of our default; None where there are none. `rest`: of no phase, such as the
-        set-up."""
-        runs = [run.summary["seconds"] for run in self.timed(problem, threads, AUTO)]
-        if phase == "rest":
-            return statistics.median(each["total"] - sum(each[name] for name in PHASES)
-                                     for each in runs) if runs else None
-        return statistics.median(each[phase] for each in runs) if runs else None
+        """Median over the runs of our default; None where there are none."""
+        return phase_median(self.timed(problem, threads, AUTO), phase)
+
+    def twin_gain(self, problem, phase):
+        """What two cores gain for the very work of a phase: twice the time of one process alone over that
+        of two at once, each with one thread. None where nothing was measured."""
+        alone = self.phase_seconds(problem, 1, phase)
+        together = phase_median([run for _, run in self.runs(problem, "twins-*")], phase)
+        return 2 * alone / together if alone and together else None
 
     def phase_gain(self, problem, phase):
         """Time with one thread over that with two, of the same iterations."""

@@ -10,7 +10,7 @@ import subprocess
 from reproduce.logs import load
 
 PHASES = ("residual", "jacobian", "linear")
-PRODUCT, EVALUATION = "implicit Schur product", "residuals and Jacobian"
+PRODUCT, EVALUATION = "implicit Schur product", "linearisation"
 
 
 def measure(program, file):
@@ -47,7 +47,7 @@ def share(data, kernel, counter):
 
 
 def bound(phase, linear_solver):
-    """What limits a phase. Jacobian blocks, 24 numbers of an observation, are written and read; residuals
+    """What limits a phase. Jacobian blocks, 24 numbers of an observation, are written; residuals
     are computed from states that fit the caches; a factorisation computes; iterations, and the set-up, read."""
     if phase == "linear":
         return "triad" if linear_solver.startswith("conjugate") else "peak"

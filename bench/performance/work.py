@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from reproduce.runs import Runs
 
 from . import problems, variants
-from .execute import Bounds, Solver, ensure, execute, stands
-from .logs import TARGETS, Results
+from .execute import Bounds, Solver, ensure, execute, execute_together, stands
+from .logs import SCALING_FROM, TARGETS, Results
 
 STOP = 1.0008  # times the best cost known: a little below the second target
 MOST = 500  # iterations of whatever ends by itself
@@ -76,6 +76,9 @@ class Work(Runs):
         for threads in self.settings.threads:
             for number in range(1, self.settings.runs * (MORE_ROUNDS if small else 1) + 1):
                 self.round(problem, file, threads, number)
+        if self.results.counts(problem.name)["observations"] > SCALING_FROM or self.settings.quick:
+            for number in range(1, self.settings.runs + 1):
+                self.twins(problem, file, number)
         if self.ran:
             self.loads[problem.name] = [before, os.getloadavg()[0]]
 
@@ -143,6 +146,16 @@ class Work(Runs):
         for each in order:
             solver, bounds = wanted[each]
             execute(solver, file, self.results.base(name, kind, each), threads, bounds)
+
+    def twins(self, problem, file, number):
+        """Our default twice at once, one thread each: what two cores gain for just this work, when nobody
+        waits for anybody."""
+        bounds = self.bounds(problem, self.settings.limit, self.needed(problem.name, variants.AUTO))
+        bases = [self.results.base(problem.name, f"twins-{number}", f"{variants.AUTO}-{twin}") for twin in (1, 2)]
+        if not all(stands(self.ours[variants.AUTO], base, 1, bounds) for base in bases):
+            print(f"reproduce: {problem.name}: two at once, round {number}", file=sys.stderr)
+            execute_together(self.ours[variants.AUTO], file, bases, 1, bounds)
+            self.ran = True
 
     def needed(self, problem, name):
         """Iterations of ours until the stop cost: runs are the same bit by bit, whatever the threads, so

@@ -31,7 +31,7 @@ class Linearised {
   double at(const State& state);
 
   const linalg::BlockLayout& layout() const { return objective.layout(); }
-  linalg::Linearization view() const { return {&J, &normal, residual.data()}; }
+  linalg::Linearization view() const { return {&J, &normal}; }
 
   linalg::ThreadPool& pool;
   Objective objective;

@@ -79,9 +79,7 @@ Linearised::Linearised(const Problem& problem, linalg::ThreadPool& threads)
       residual(index(objective.layout().residuals())) {}
 
 double Linearised::at(const State& state) {
-  const double cost = objective.linearize(state, residual.data(), J);
-  normal.form(J, residual.data(), pool);
-  return cost;
+  return objective.linearize(state, J, normal, residual.data());
 }
 
 Json residuals(const Problem& problem, linalg::ThreadPool& pool) {

@@ -32,9 +32,11 @@ void visit_entries(const Linearised& at, Visit&& visit) {
       const int size = layout.block_size(side);
       const std::int64_t column =
           layout.offset(side) + std::int64_t{layout.incidence(side).block[index(c)]} * size;
-      for (std::int64_t i = first * layout.row_size; i < last * layout.row_size; ++i) {
-        for (int k = 0; k < size; ++k) {
-          visit(i, column + k, at.J.blocks(side)[index(i * size + k)]);
+      for (std::int64_t row = first; row < last; ++row) {
+        for (int r = 0; r < layout.row_size; ++r) {
+          for (int k = 0; k < size; ++k) {
+            visit(row * layout.row_size + r, column + k, at.J.at(side, row, r, k));
+          }
         }
       }
     }
@@ -69,7 +71,7 @@ Json entry(const char* name, double seconds, double bytes) {
 Json matrix_forms(const Problem& problem, linalg::ThreadPool& pool) {
   Linearised at(problem, pool);
   const State state = at.objective.state_of(problem);
-  const auto derivatives = [&] { at.objective.linearize(state, at.residual.data(), at.J); };
+  const auto derivatives = [&] { at.at(state); };
   derivatives();  // memory that is touched for the first time counts for nobody
   const auto n = at.layout().unknowns();
   Json forms = Json::array();
@@ -109,7 +111,7 @@ Json matrix_forms(const Problem& problem, linalg::ThreadPool& pool) {
   }
   {
     const double seconds = seconds_of([&] { at.at(state); });
-    const double held = bytes(at.J.hub_blocks) + bytes(at.J.leaf_blocks) + bytes(at.normal.C) +
+    const double held = linalg::BlockJacobian::memory(at.layout(), at.J.precision()) + bytes(at.normal.C) +
                         bytes(at.layout().hub_side) + bytes(at.layout().leaf_side);
     forms.push_back(entry("IS-cell", seconds, held));
   }

@@ -41,7 +41,7 @@ Json taylor(const Problem& problem, std::uint64_t seed, linalg::ThreadPool& pool
   for (int k = 1; k <= 30; ++k) {
     const double tau = std::ldexp(1.0, -k);
     at.objective.retract(u, VectorXd(tau * direction).data(), moved);
-    at.objective.linearize(moved, at.residual.data(), at.J);
+    at.at(moved);
     const Eigen::Map<const VectorXd> G(at.residual.data(), F.size());
     taus.push_back(tau);
     remainders.push_back((G - F - tau * derivative).norm());

@@ -1,9 +1,10 @@
 // The kernels of kernel_table.h as plain loops with fixed trip counts. Included once per
-// instruction set by a unit that defines RAYBUNDLE_ISA and is compiled for it; everything is local
-// to that unit and nothing of the standard library is used, so that no code compiled for one
-// instruction set can be linked in place of another's.
+// instruction set and precision by a unit that defines RAYBUNDLE_ISA and is compiled for it;
+// everything is local to that unit and nothing of the standard library is used, so that no code
+// compiled for one instruction set can be linked in place of another's.
 //
-// R residuals per row, K unknowns per hub (or kept block), E per leaf (or eliminated block).
+// Rows of numbers T, R residuals each; K unknowns per hub (or kept block), E per leaf (or
+// eliminated block).
 
 #pragma once
 
@@ -17,39 +18,11 @@ inline void clear(double* x) {
   for (int i = 0; i < N; ++i) x[i] = 0;
 }
 
-// u += J x, with J of R x W.
-template <int R, int W>
-inline void add_product(const double* J, const double* x, double* u) {
-  for (int r = 0; r < R; ++r) u[r] += Row<W>::dot(J + r * W, x);
-}
-
-// y += J^T u.
-template <int R, int W>
-inline void add_transpose_product(const double* J, const double* u, double* y) {
-  auto sum = Row<W>::load(y);
-  for (int r = 0; r < R; ++r) sum.add(u[r], Row<W>::load(J + r * W));
-  sum.store(y);
-}
-
-// J_b^T u of one block of W unknowns.
-template <int R, int W>
-[[gnu::always_inline]] inline Row<W> transpose_product(const SideView& side, const double* J,
-                                                       const double* u, Index b) {
-  Row<W> sum = {};
-  for_rows_ahead<R * W>(side, b, J, [&](Index row, Index) {
-    for (int k = 0; k < R; ++k) {
-      sum.add(u[row * R + k], Row<W>::load(J + (row * R + k) * W));
-    }
-  });
-  return sum;
-}
-
 // block += x^T x.
 template <int W>
-[[gnu::always_inline]] inline void add_square(const double* x, Row<W>* block) {
-  const auto row = Row<W>::load(x);
+[[gnu::always_inline]] inline void add_square(const Row<W>& x, Row<W>* block) {
 #pragma GCC unroll 12
-  for (int i = 0; i < W; ++i) block[i].add(x[i], row);
+  for (int i = 0; i < W; ++i) block[i].add(x[i], x);
 }
 
 template <int W>
@@ -57,27 +30,52 @@ template <int W>
   for (int i = 0; i < W; ++i) block[i].store(H + i * W);
 }
 
-template <int R, int K, int E, bool anchored>
+template <class T, int R, int K, int E, bool anchored>
 struct Blocks {
-  static void multiply(const JacobianView& J, const double* x_hub, const double* x_leaf,
-                       Index first, Index last, double* u) {
+  using OfHub = RowBlock<T, R, K>;
+  using OfLeaf = RowBlock<T, R, E>;
+
+  // Calls visit(row, (J x)_row) for the rows of leaves [first, last).
+  template <class Visit>
+  [[gnu::always_inline]] static void for_products(const JacobianView& J, const double* x_hub,
+                                                  const double* x_leaf, Index first, Index last,
+                                                  Visit&& visit) {
     for (Index b = first; b < last; ++b) {
       double felt[E];
       for (int i = 0; i < E; ++i) felt[i] = x_leaf[b * E + i];
       if constexpr (anchored) add_anchored<K, E>(J.anchors, b, J.hubs.block, x_hub, felt);
+      const auto of_leaf = Row<E>::load(felt);
       for_rows(J.leaves, b, [&](Index row, Index c) {
-        double sum[R] = {};
-        add_product<R, K>(J.J_hub + row * R * K, x_hub + Index{J.hubs.block[c]} * K, sum);
-        add_product<R, E>(J.J_leaf + row * R * E, felt, sum);
-        for (int k = 0; k < R; ++k) u[row * R + k] = sum[k];
+        const auto x = Row<K>::load(x_hub + Index{J.hubs.block[c]} * K);
+        Row<R> u = OfHub::of(J.J_hub, row).times(x);
+        u.add(1, OfLeaf::of(J.J_leaf, row).times(of_leaf));
+        visit(row, u);
       });
     }
+  }
+
+  static void multiply(const JacobianView& J, const double* x_hub, const double* x_leaf,
+                       Index first, Index last, double* u) {
+    for_products(J, x_hub, x_leaf, first, last,
+                 [&](Index row, const Row<R>& of_row) { of_row.store(u + row * R); });
+  }
+
+  static double squares(const JacobianView& J, const double* x_hub, const double* x_leaf,
+                        Index first, Index last) {
+    Row<R> sum = {};
+    for_products(J, x_hub, x_leaf, first, last,
+                 [&](Index /*row*/, const Row<R>& of_row) { sum.add_products(of_row, of_row); });
+    return sum.sum();
   }
 
   static void transpose_multiply_hubs(const JacobianView& J, const double* u, const double* w,
                                       Index first, Index last, double* y) {
     for (Index b = first; b < last; ++b) {
-      Row<K> sum = transpose_product<R, K>(J.hubs, J.J_hub, u, b);
+      typename OfHub::Sums sums;
+      for_blocks_ahead<OfHub>(J.hubs, b, J.J_hub, [&](const OfHub& block, Index row, Index) {
+        sums.add(block, Row<R>::load(u + row * R));
+      });
+      Row<K> sum = sums.total();
       if constexpr (anchored) {
         for_couplings(J.hubs, b, [&](Index c) {
           const Index k = J.anchors.of_coupling[c];
@@ -91,35 +89,67 @@ struct Blocks {
   static void transpose_multiply_leaves(const JacobianView& J, const double* u, Index first,
                                         Index last, double* y) {
     for (Index b = first; b < last; ++b) {
-      transpose_product<R, E>(J.leaves, J.J_leaf, u, b).store(y + b * E);
+      typename OfLeaf::Sums sums;
+      for_blocks_ahead<OfLeaf>(J.leaves, b, J.J_leaf, [&](const OfLeaf& block, Index row, Index) {
+        sums.add(block, Row<R>::load(u + row * R));
+      });
+      sums.total().store(y + b * E);
     }
   }
 
-  static void normal_equations(const JacobianView& J, const double* r, Index first, Index last,
-                               const NormalView& normal) {
+  // The rows of a leaf: [first, last).
+  struct Rows {
+    Index first;
+    Index last;
+  };
+  static Rows rows_of(const SideView& leaves, Index b) {
+    if (leaves.begin[b] == leaves.begin[b + 1]) return {0, 0};
+    return {row_begin(leaves, leaves.begin[b]), row_end(leaves, leaves.begin[b + 1] - 1)};
+  }
+
+  static void absorb(const JacobianView& J, const RowTile& tile, Index first, Index last,
+                     const NormalView& normal) {
     for (Index b = first; b < last; ++b) {
+      const Rows own = rows_of(J.leaves, b);
+      double* C = normal.C + b * E * E;
+      double* g = normal.g_leaf + b * E;
       Row<E> block[E] = {}, gradient = {};
+      if (own.first < own.last && own.first < tile.first) {
+        for (int i = 0; i < E; ++i) block[i] = Row<E>::load(C + i * E);
+        gradient = Row<E>::load(g);
+      }
       for_rows(J.leaves, b, [&](Index row, Index c) {
+        if (row < tile.first || row >= tile.last) return;
         double* of_hub = normal.of_hubs + Index{J.hubs.block[c]} * K * sums_of_hub(anchored);
-        auto diagonal = Row<K>::load(of_hub), own = Row<K>::load(of_hub + K);
-        for (Index k = row * R; k < (row + 1) * R; ++k) {
-          add_square<E>(J.J_leaf + k * E, block);
-          gradient.add(r[k], Row<E>::load(J.J_leaf + k * E));
-          const auto x = Row<K>::load(J.J_hub + k * K);
-          diagonal.add_products(x, x);
-          own.add(r[k], x);
-        }
-        diagonal.store(of_hub);
-        own.store(of_hub + K);
+        absorb_row(J, tile, row, of_hub, block, gradient);
       });
-      store_block<E>(block, normal.C + b * E * E);
-      gradient.store(normal.g_leaf + b * E);
+      store_block<E>(block, C);
+      gradient.store(g);
       if constexpr (anchored) {
-        for (Index k = J.anchors.begin[b]; k < J.anchors.begin[b + 1]; ++k) {
-          add_anchor(J, k, normal.C + b * E * E, normal.g_leaf + b * E, normal.of_hubs);
-        }
+        if (own.last <= tile.last) add_anchors(J, b, C, g, normal.of_hubs);
       }
     }
+  }
+
+  [[gnu::always_inline]] static void absorb_row(const JacobianView& J, const RowTile& tile,
+                                                Index row, double* of_hub, Row<E>* block,
+                                                Row<E>& gradient) {
+    const Index at = (row - tile.first) * R;
+    const OfHub hub = OfHub::of(J.J_hub, row);
+    const OfLeaf leaf = OfLeaf::of(J.J_leaf, row);
+    hub.store(tile.J_hub + at * K);
+    leaf.store(tile.J_leaf + at * E);
+    auto diagonal = Row<K>::load(of_hub), own = Row<K>::load(of_hub + K);
+    for (int k = 0; k < R; ++k) {
+      const double r = tile.residual[at + k];
+      add_square<E>(leaf.residual(k), block);
+      gradient.add(r, Row<E>::load(tile.J_leaf + (at + k) * E));
+      const auto stored = hub.residual(k);
+      diagonal.add_products(stored, stored);
+      own.add(r, Row<K>::load(tile.J_hub + (at + k) * K));
+    }
+    diagonal.store(of_hub);
+    own.store(of_hub + K);
   }
 
   // F = J_leaf^T J_hub + 1/2 C Z of an anchor, by which it adds F^T Z + Z^T F to the block of J^T J
@@ -127,9 +157,10 @@ struct Blocks {
   [[gnu::always_inline]] static void anchor_product(const JacobianView& J, Index k, const double* C,
                                                     Row<K>* F) {
     for_rows_of(J.leaves, J.anchors.coupling[k], [&](Index row) {
-      for (Index i = row * R; i < (row + 1) * R; ++i) {
-        const auto x = Row<K>::load(J.J_hub + i * K);
-        for (int j = 0; j < E; ++j) F[j].add(J.J_leaf[i * E + j], x);
+      for (int i = 0; i < R; ++i) {
+        const auto of_hub = OfHub::of(J.J_hub, row).residual(i);
+        const auto of_leaf = OfLeaf::of(J.J_leaf, row).residual(i);
+        for (int j = 0; j < E; ++j) F[j].add(of_leaf[j], of_hub);
       }
     });
     for (int m = 0; m < E; ++m) {
@@ -138,29 +169,31 @@ struct Blocks {
     }
   }
 
-  // What an anchor adds to the diagonal of its hub, and to its gradient: Z^T g.
-  [[gnu::always_inline]] static void add_anchor(const JacobianView& J, Index k, const double* C,
-                                                const double* g, double* of_hubs) {
-    double* sums = of_hubs + Index{J.hubs.block[J.anchors.coupling[k]]} * K * sums_of_hub(true);
-    auto diagonal = Row<K>::load(sums), gradient = Row<K>::load(sums + 2 * K);
-    Row<K> F[E] = {};
-    anchor_product(J, k, C, F);
-    for (int m = 0; m < E; ++m) {
-      const auto Z = Row<K>::load(J.anchors.Z + (k * E + m) * K);
-      diagonal.add_products(F[m], Z);
-      diagonal.add_products(F[m], Z);
-      gradient.add(g[m], Z);
+  // What the anchors of a leaf add to the diagonal of their hubs, and to the gradient: Z^T g.
+  [[gnu::always_inline]] static void add_anchors(const JacobianView& J, Index b, const double* C,
+                                                 const double* g, double* of_hubs) {
+    for (Index k = J.anchors.begin[b]; k < J.anchors.begin[b + 1]; ++k) {
+      double* sums = of_hubs + Index{J.hubs.block[J.anchors.coupling[k]]} * K * sums_of_hub(true);
+      auto diagonal = Row<K>::load(sums), gradient = Row<K>::load(sums + 2 * K);
+      Row<K> F[E] = {};
+      anchor_product(J, k, C, F);
+      for (int m = 0; m < E; ++m) {
+        const auto Z = Row<K>::load(J.anchors.Z + (k * E + m) * K);
+        diagonal.add_products(F[m], Z);
+        diagonal.add_products(F[m], Z);
+        gradient.add(g[m], Z);
+      }
+      diagonal.store(sums);
+      gradient.store(sums + 2 * K);
     }
-    diagonal.store(sums);
-    gradient.store(sums + 2 * K);
   }
 
   static void hub_squares(const JacobianView& J, const double* C, Index first, Index last,
                           double* H) {
     for (Index b = first; b < last; ++b) {
       Row<K> block[K] = {};
-      for_rows_ahead<R * K>(J.hubs, b, J.J_hub, [&](Index row, Index) {
-        for (Index k = row * R; k < (row + 1) * R; ++k) add_square<K>(J.J_hub + k * K, block);
+      for_blocks_ahead<OfHub>(J.hubs, b, J.J_hub, [&](const OfHub& row, Index, Index) {
+        for (int k = 0; k < R; ++k) add_square<K>(row.residual(k), block);
       });
       if constexpr (anchored) {
         for_couplings(J.hubs, b, [&](Index c) {
@@ -189,11 +222,15 @@ struct Blocks {
   }
 };
 
-template <int R, int HubSize, int LeafSize, bool anchored>
+template <class T, int R, int HubSize, int LeafSize, bool anchored>
 constexpr BlockKernels make_block_kernels() {
-  using Kernels = Blocks<R, HubSize, LeafSize, anchored>;
-  return {&Kernels::multiply, &Kernels::transpose_multiply_hubs,
-          &Kernels::transpose_multiply_leaves, &Kernels::normal_equations, &Kernels::hub_squares};
+  using Kernels = Blocks<T, R, HubSize, LeafSize, anchored>;
+  return {&Kernels::multiply,
+          &Kernels::squares,
+          &Kernels::transpose_multiply_hubs,
+          &Kernels::transpose_multiply_leaves,
+          &Kernels::absorb,
+          &Kernels::hub_squares};
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // What the rows of eliminated blocks add to the reduced matrix, coupling by coupling; see
-// kernel_table.h for U, y and W. K unknowns per kept block, E per eliminated block.
+// kernel_table.h for M, q and W. K unknowns per kept block, E per eliminated block.
 
 #pragma once
 
@@ -42,116 +42,170 @@ struct Triangle {
   }
 };
 
-// What two couplings of an eliminated block, or twice the same, add to the reduced matrix.
-template <int R, int K, int E, bool anchored>
+// M x and M^T x of one eliminated block.
+template <int E>
+[[gnu::always_inline]] inline Row<E> times_factor(const double* M, const Row<E>& x) {
+  double y[E];
+  for (int i = 0; i < E; ++i) y[i] = dot(Row<E>::load(M + i * E), x);
+  return Row<E>::load(y);
+}
+template <int E>
+[[gnu::always_inline]] inline Row<E> times_factor_transposed(const double* M, const Row<E>& x) {
+  Row<E> y = {};
+  for (int i = 0; i < E; ++i) y.add(x[i], Row<E>::load(M + i * E));
+  return y;
+}
+
+// What two couplings of an eliminated block, or twice the same, add to the reduced matrix: from the
+// left one, prepared once for all right ones.
+template <class T, int R, int K, int E, bool anchored>
 struct CouplingProducts;
 
 // From the rows themselves: cheaper than W while R < E, and a coupling has few rows, mostly one.
-template <int R, int K, int E>
-struct CouplingProducts<R, K, E, false> {
-  [[gnu::always_inline]] static void form(const EliminationView& /*view*/, Index /*e*/) {}
+template <class T, int R, int K, int E>
+struct CouplingProducts<T, R, K, E, false> {
+  using OfKept = RowBlock<T, R, K>;
+  using OfEliminated = RowBlock<T, R, E>;
 
   [[gnu::always_inline]] static void prefetch_coupling(const EliminationView& view, Index c) {
-    prefetch<2 * R * K * 8>(view.J_kept + row_begin(view.kept, c) * R * K);
-    prefetch<2 * R * E * 8>(view.U + row_begin(view.kept, c) * R * E);
+    constexpr int number = sizeof(T);
+    prefetch<R * K * number>(OfKept::of(view.J_kept, row_begin(view.kept, c)).values);
+    prefetch<R * E * number>(OfEliminated::of(view.J_eliminated, row_begin(view.kept, c)).values);
   }
 
-  // v -= J^T U y.
+  // v -= J_k^T J_e q.
   [[gnu::always_inline]] static void reduce(const EliminationView& view, Index e, Index c,
                                             Row<K>& v) {
+    const auto q = Row<E>::load(view.q + e * E);
     for_rows_of(view.kept, c, [&](Index row) {
-      Row<R> Uy = {};
-      for (int i = 0; i < E; ++i) {
-        Uy.add(view.y[e * E + i], Row<R>::load(view.U + (row * E + i) * R));
-      }
-      for (int k = 0; k < R; ++k) v.add(-Uy[k], Row<K>::load(view.J_kept + (row * R + k) * K));
+      Row<R> u = {};
+      u.add(-1, OfEliminated::of(view.J_eliminated, row).times(q));
+      OfKept::of(view.J_kept, row).add_transposed(u, v);
     });
   }
 
-  // A += J_a^T (I - U U^T)_ab J_b for one row of a and one of b, both of one coupling or not.
-  template <bool same, class Target>
-  [[gnu::always_inline]] static void add_rows(const EliminationView& view, Index row_a, Index row_b,
-                                              const Target& A) {
-    const double* U_a = view.U + row_a * E * R;
-    const double* U_b = view.U + row_b * E * R;
-    Row<R> UU[R] = {};  // U_a U_b^T
-    for (int i = 0; i < E; ++i) {
-      const auto U_bi = Row<R>::load(U_b + i * R);
-      for (int r = 0; r < R; ++r) UU[r].add(U_a[i * R + r], U_bi);
-    }
-    Row<K> right[R] = {};
-    for (int r = 0; r < R; ++r) {
-      if (same && row_a == row_b) right[r] = Row<K>::load(view.J_kept + (row_a * R + r) * K);
-      for (int s = 0; s < R; ++s) {
-        right[r].add(-UU[r][s], Row<K>::load(view.J_kept + (row_b * R + s) * K));
+  // One row of the left coupling: J_k, and N J_e^T with N = M M^T, by residual.
+  struct Left {
+    Index row;
+    double J[R * K];
+    Row<E> NJ[R];
+  };
+  template <class Visit>
+  [[gnu::always_inline]] static void for_lefts(const EliminationView& view, Index e, Index c,
+                                               Visit&& visit) {
+    const double* M = view.M + e * E * E;
+    for_rows_of(view.kept, c, [&](Index row) {
+      Left left;
+      left.row = row;
+      const OfKept kept = OfKept::of(view.J_kept, row);
+      const OfEliminated eliminated = OfEliminated::of(view.J_eliminated, row);
+      for (int r = 0; r < R; ++r) {
+        kept.residual(r).store(left.J + r * K);
+        left.NJ[r] =
+            times_factor<E>(M, times_factor_transposed<E>(M, eliminated.residual(r)));
       }
-    }
-    A.template add<R>(view.J_kept + row_a * R * K, right);
+      visit(left);
+    });
   }
 
+  // A += J_a^T (I - J_e N J_e^T)_ab J_b.
   template <bool same, class Target>
-  [[gnu::always_inline]] static void add(const EliminationView& view, Index /*e*/, Index c,
+  [[gnu::always_inline]] static void add(const EliminationView& view, Index /*e*/, const Left& left,
                                          Index other, const Target& A) {
-    for_rows_of(view.kept, c, [&](Index row) {
-      for_rows_of(view.kept, other, [&](Index next) { add_rows<same>(view, row, next, A); });
+    for_rows_of(view.kept, other, [&](Index row) {
+      const OfKept kept = OfKept::of(view.J_kept, row);
+      const OfEliminated eliminated = OfEliminated::of(view.J_eliminated, row);
+      Row<K> right[R] = {};
+      for (int r = 0; r < R; ++r) {
+        if (same && row == left.row) right[r] = kept.residual(r);
+        const Row<R> JNJ = eliminated.times(left.NJ[r]);
+        for (int s = 0; s < R; ++s) right[r].add(-JNJ[s], kept.residual(s));
+      }
+      A.template add<R>(left.J, right);
     });
   }
 };
 
 // By W, into which the damping of anchored leaves goes.
-template <int R, int K, int E>
-struct CouplingProducts<R, K, E, true> {
+template <class T, int R, int K, int E>
+struct CouplingProducts<T, R, K, E, true> {
+  using OfKept = RowBlock<T, R, K>;
+  using OfEliminated = RowBlock<T, R, E>;
+
   // W^T = M^T (J_e^T J_k - D Z)
-  [[gnu::always_inline]] static void form(const EliminationView& view, Index e) {
+  [[gnu::always_inline]] static void form(const EliminationView& view, Index e, Index c,
+                                          double* W) {
     const double* M = view.M + e * E * E;
     const double* D = view.D + e * E;
-    for (Index c = view.eliminated.begin[e]; c < view.eliminated.begin[e + 1]; ++c) {
-      Row<K> W[E] = {};
-      for_rows_of(view.kept, c, [&](Index row) {
-        for (int k = 0; k < R; ++k) {
-          const auto x = Row<K>::load(view.J_kept + (row * R + k) * K);
-          for (int i = 0; i < E; ++i) W[i].add(view.U[(row * E + i) * R + k], x);
-        }
-      });
-      const Index anchor = view.anchors.of_coupling[c];
-      for (int k = 0; anchor >= 0 && k < E; ++k) {
-        const auto Z = Row<K>::load(view.anchors.Z + (anchor * E + k) * K);
-        for (int i = 0; i < E; ++i) W[i].add(-M[k * E + i] * D[k], Z);
+    Row<K> sums[E] = {};
+    for_rows_of(view.kept, c, [&](Index row) {
+      const OfKept kept = OfKept::of(view.J_kept, row);
+      const OfEliminated eliminated = OfEliminated::of(view.J_eliminated, row);
+      for (int k = 0; k < R; ++k) {
+        const Row<E> U = times_factor_transposed<E>(M, eliminated.residual(k));
+        for (int i = 0; i < E; ++i) sums[i].add(U[i], kept.residual(k));
       }
-      for (int i = 0; i < E; ++i) W[i].store(view.W + (c * E + i) * K);
+    });
+    const Index anchor = view.anchors.of_coupling[c];
+    for (int k = 0; anchor >= 0 && k < E; ++k) {
+      const auto Z = Row<K>::load(view.anchors.Z + (anchor * E + k) * K);
+      for (int i = 0; i < E; ++i) sums[i].add(-M[k * E + i] * D[k], Z);
     }
+    for (int i = 0; i < E; ++i) sums[i].store(W + i * K);
   }
 
   [[gnu::always_inline]] static void prefetch_coupling(const EliminationView& view, Index c) {
-    prefetch<E * K * 8>(view.W + c * E * K);
+    constexpr int number = sizeof(T);
+    prefetch<R * K * number>(OfKept::of(view.J_kept, row_begin(view.kept, c)).values);
     const Index anchor = view.anchors.of_coupling[c];
     if (anchor >= 0) prefetch<E * K * 8>(view.anchors.Z + anchor * E * K);
   }
 
-  // v -= W y.
+  // v -= (J_k^T J_e - Z^T D) q.
   [[gnu::always_inline]] static void reduce(const EliminationView& view, Index e, Index c,
                                             Row<K>& v) {
-    for (int i = 0; i < E; ++i) {
-      v.add(-view.y[e * E + i], Row<K>::load(view.W + (c * E + i) * K));
+    CouplingProducts<T, R, K, E, false>::reduce(view, e, c, v);
+    const Index anchor = view.anchors.of_coupling[c];
+    for (int k = 0; anchor >= 0 && k < E; ++k) {
+      v.add(view.D[e * E + k] * view.q[e * E + k],
+            Row<K>::load(view.anchors.Z + (anchor * E + k) * K));
     }
+  }
+
+  struct Left {
+    Index coupling;
+    double W[E * K];
+  };
+  template <class Visit>
+  [[gnu::always_inline]] static void for_lefts(const EliminationView& view, Index e, Index c,
+                                               Visit&& visit) {
+    Left left;
+    left.coupling = c;
+    form(view, e, c, left.W);
+    visit(left);
   }
 
   // A += Z_a^T D Z_b - W_a W_b^T, and J_a^T J_a where the two are the same.
   template <bool same, class Target>
-  [[gnu::always_inline]] static void add(const EliminationView& view, Index e, Index c, Index other,
-                                         const Target& A) {
+  [[gnu::always_inline]] static void add(const EliminationView& view, Index e, const Left& left,
+                                         Index other, const Target& A) {
     if constexpr (same) {
-      for_rows_of(view.kept, c, [&](Index row) {
-        const double* J = view.J_kept + row * R * K;
+      for_rows_of(view.kept, other, [&](Index row) {
+        const OfKept kept = OfKept::of(view.J_kept, row);
+        double J[R * K];
         Row<K> right[R];
-        for (int r = 0; r < R; ++r) right[r] = Row<K>::load(J + r * K);
+        for (int r = 0; r < R; ++r) {
+          right[r] = kept.residual(r);
+          right[r].store(J + r * K);
+        }
         A.template add<R>(J, right);
       });
     }
+    const double* W = same ? left.W : view.W + other * E * K;
     Row<K> right[E] = {};
-    for (int k = 0; k < E; ++k) right[k].add(-1, Row<K>::load(view.W + (other * E + k) * K));
-    A.template add<E>(view.W + c * E * K, right);
-    const Index a = view.anchors.of_coupling[c], b = view.anchors.of_coupling[other];
+    for (int k = 0; k < E; ++k) right[k].add(-1, Row<K>::load(W + k * K));
+    A.template add<E>(left.W, right);
+    const Index a = view.anchors.of_coupling[left.coupling], b = view.anchors.of_coupling[other];
     if (a < 0 || b < 0) return;
     for (int k = 0; k < E; ++k) {
       right[k] = {};

@@ -1,4 +1,4 @@
-// The kernels of an elimination; see kernel_table.h for what U, y and W are, block_kernels_impl.h
+// The kernels of an elimination; see kernel_table.h for what M, q and W are, block_kernels_impl.h
 // for the rules of such a file. K unknowns per kept block, E per eliminated block.
 
 #pragma once
@@ -37,9 +37,11 @@ inline bool inverse_factor(const double* A, double tolerance, double* M) {
   return true;
 }
 
-template <int R, int K, int E, bool anchored>
+template <class T, int R, int K, int E, bool anchored>
 struct Eliminate {
-  using Products = CouplingProducts<R, K, E, anchored>;
+  using Products = CouplingProducts<T, R, K, E, anchored>;
+  using OfKept = RowBlock<T, R, K>;
+  using OfEliminated = RowBlock<T, R, E>;
 
   static Index factor(const double* H, const double* d, double tolerance, Index first, Index last,
                       double* M, Index* failed) {
@@ -53,22 +55,27 @@ struct Eliminate {
     return failures;
   }
 
-  static void transform(const EliminationView& view, const double* g_eliminated, Index first,
+  // M M^T w.
+  [[gnu::always_inline]] static Row<E> solve(const EliminationView& view, Index e,
+                                             const Row<E>& w) {
+    const double* M = view.M + e * E * E;
+    return times_factor<E>(M, times_factor_transposed<E>(M, w));
+  }
+
+  static void solve_own(const EliminationView& view, const double* g_eliminated, Index first,
                         Index last) {
     for (Index e = first; e < last; ++e) {
-      const double* M = view.M + e * E * E;
-      clear<E>(view.y + e * E);
-      add_transpose_product<E, E>(M, g_eliminated + e * E, view.y + e * E);
-      for_rows(view.eliminated, e, [&](Index row, Index) {
-        prefetch_ahead<R * E>(view.J_eliminated + row * R * E);
-        double* Ut = view.U + row * R * E;
-        for (int k = 0; k < R; ++k) {
-          double of_residual[E] = {};
-          add_transpose_product<E, E>(M, view.J_eliminated + (row * R + k) * E, of_residual);
-          for (int i = 0; i < E; ++i) Ut[i * R + k] = of_residual[i];
+      solve(view, e, Row<E>::load(g_eliminated + e * E)).store(view.q + e * E);
+    }
+  }
+
+  static void couple(const EliminationView& view, Index first, Index last) {
+    if constexpr (anchored) {
+      for (Index e = first; e < last; ++e) {
+        for (Index c = view.eliminated.begin[e]; c < view.eliminated.begin[e + 1]; ++c) {
+          Products::form(view, e, c, view.W + c * E * K);
         }
-      });
-      Products::form(view, e);
+      }
     }
   }
 
@@ -85,35 +92,41 @@ struct Eliminate {
     }
   }
 
-  // t += U^T J_k x for one eliminated block, with u = J_k x in its rows.
+  // J_e^T u of one eliminated block, with u = J_k x in its rows.
   template <class Store>
-  [[gnu::always_inline]] static void feel(const EliminationView& view, const double* x_kept,
-                                          Index e, double* t, Store&& store) {
-    Row<R> sums[E] = {};
+  [[gnu::always_inline]] static Row<E> feel(const EliminationView& view, const double* x_kept,
+                                            Index e, Store&& store) {
+    typename OfEliminated::Sums sums;
     for_rows(view.eliminated, e, [&](Index row, Index c) {
-      const double* Ut = view.U + row * R * E;
-      prefetch_ahead<R * K>(view.J_kept + row * R * K);
-      prefetch_ahead<R * E>(Ut);
-      const auto x = Row<K>::load(x_kept + Index{view.kept.block[c]} * K);
-      const Row<R> u = product<R, K>(view.J_kept + row * R * K, x);
-      for (int i = 0; i < E; ++i) sums[i].add_products(Row<R>::load(Ut + i * R), u);
+      const OfKept kept = OfKept::of(view.J_kept, row);
+      const OfEliminated eliminated = OfEliminated::of(view.J_eliminated, row);
+      prefetch_ahead(kept);
+      prefetch_ahead(eliminated);
+      const Row<R> u = kept.times(Row<K>::load(x_kept + Index{view.kept.block[c]} * K));
+      sums.add(eliminated, u);
       store(row, u);
     });
-    for (int i = 0; i < E; ++i) t[i] += sums[i].sum();
+    return sums.total();
   }
 
-  // u - U t in one row.
-  [[gnu::always_inline]] static Row<R> less(Row<R> u, const double* Ut, const double* t) {
-    for (int i = 0; i < E; ++i) u.add(-t[i], Row<R>::load(Ut + i * R));
+  // u - J_e s in one row.
+  [[gnu::always_inline]] static Row<R> less(Row<R> u, const EliminationView& view, Index row,
+                                            const Row<E>& s) {
+    u.add(-1, OfEliminated::of(view.J_eliminated, row).times(s));
     return u;
   }
 
-  // t -= M^T D z with z = Z x: what the damping of an anchored leaf adds to U^T J_k x.
-  [[gnu::always_inline]] static void hold(const EliminationView& view, Index e, const double* z,
-                                          double* t) {
-    for (int k = 0; k < E; ++k) {
-      for (int i = 0; i < E; ++i) t[i] -= view.M[(e * E + k) * E + i] * view.D[e * E + k] * z[k];
+  // z = Z x of an anchored leaf, whose damping makes w = J_e^T u less by D z.
+  [[gnu::always_inline]] static Row<E> hold(const EliminationView& view, Index e,
+                                            const double* x_kept, Row<E>& w) {
+    double z[E] = {};
+    if constexpr (anchored) {
+      add_anchored<K, E>(view.anchors, e, view.kept.block, x_kept, z);
+      double held[E];
+      for (int i = 0; i < E; ++i) held[i] = view.D[e * E + i] * z[i];
+      w.add(-1, Row<E>::load(held));
     }
+    return Row<E>::load(z);
   }
 
   // Puts the parts of u = J_k x side by side, for a second walk over the rows of the same block.
@@ -128,10 +141,11 @@ struct Eliminate {
   static void project(const EliminationView& view, const double* x_kept, Index first, Index last,
                       double* u) {
     for (Index e = first; e < last; ++e) {
-      double t[E] = {};
-      feel(view, x_kept, e, t, [&](Index row, const Row<R>& of_row) { of_row.store(u + row * R); });
+      const Row<E> s = solve(view, e, feel(view, x_kept, e, [&](Index row, const Row<R>& of_row) {
+                               of_row.store(u + row * R);
+                             }));
       for_rows(view.eliminated, e, [&](Index row, Index) {
-        less(Row<R>::load(u + row * R), view.U + row * R * E, t).store(u + row * R);
+        less(Row<R>::load(u + row * R), view, row, s).store(u + row * R);
       });
     }
   }
@@ -139,34 +153,28 @@ struct Eliminate {
   static void multiply(const EliminationView& view, const double* x_kept, Index first, Index last,
                        double* u, double* y) {
     for (Index e = first; e < last; ++e) {
-      double t[E] = {}, z[E] = {};
-      feel(view, x_kept, e, t, Aside{u});
-      if constexpr (anchored) {
-        add_anchored<K, E>(view.anchors, e, view.kept.block, x_kept, z);
-        hold(view, e, z, t);
-      }
+      Row<E> w = feel(view, x_kept, e, Aside{u});
+      const Row<E> z = hold(view, e, x_kept, w);
+      const Row<E> s = solve(view, e, w);
       const double* of_row = u;
       for_rows(view.eliminated, e, [&](Index row, Index c) {
         double* y_kept = y + Index{view.kept.block[c]} * K;
-        const Row<R> rest = less(Row<R>::load(of_row), view.U + row * R * E, t);
         auto sum = Row<K>::load(y_kept);
-        for (int k = 0; k < R; ++k) {
-          sum.add(rest[k], Row<K>::load(view.J_kept + (row * R + k) * K));
-        }
+        OfKept::of(view.J_kept, row)
+            .add_transposed(less(Row<R>::load(of_row), view, row, s), sum);
         sum.store(y_kept);
         of_row += R;
       });
-      if constexpr (anchored) add_held(view, e, t, z, y);
+      if constexpr (anchored) add_held(view, e, s, z, y);
     }
   }
 
-  // y += Z^T D (z + M t).
-  [[gnu::always_inline]] static void add_held(const EliminationView& view, Index e, const double* t,
-                                              const double* z, double* y) {
+  // y += Z^T D (z + s).
+  [[gnu::always_inline]] static void add_held(const EliminationView& view, Index e, Row<E> s,
+                                              const Row<E>& z, double* y) {
+    s.add(1, z);
     double w[E];
-    for (int i = 0; i < E; ++i) {
-      w[i] = view.D[e * E + i] * (z[i] + Row<E>::dot(view.M + (e * E + i) * E, t));
-    }
+    for (int i = 0; i < E; ++i) w[i] = view.D[e * E + i] * s[i];
     for (Index k = view.anchors.begin[e]; k < view.anchors.begin[e + 1]; ++k) {
       double* y_kept = y + Index{view.kept.block[view.anchors.coupling[k]]} * K;
       auto sum = Row<K>::load(y_kept);
@@ -177,26 +185,24 @@ struct Eliminate {
 
   static double back_substitute(const EliminationView& view, const double* x_kept, Index first,
                                 Index last, double* u, double* x_eliminated) {
-    double squares = 0;
+    Row<R> squares = {};
     for (Index e = first; e < last; ++e) {
-      double t[E], z[E] = {};
-      for (int i = 0; i < E; ++i) t[i] = view.y[e * E + i];
-      feel(view, x_kept, e, t, Aside{u});
-      if constexpr (anchored) {
-        add_anchored<K, E>(view.anchors, e, view.kept.block, x_kept, z);
-        hold(view, e, z, t);
-      }
-      for (int i = 0; i < E; ++i) {
-        x_eliminated[e * E + i] = -Row<E>::dot(view.M + (e * E + i) * E, t) - z[i];
-      }
-      const double* of_row = u;  // J_e x_e = -U t, of anchored leaves what their rows feel
+      Row<E> w = feel(view, x_kept, e, Aside{u});
+      const Row<E> z = hold(view, e, x_kept, w);
+      Row<E> s = solve(view, e, w);
+      s.add(1, Row<E>::load(view.q + e * E));
+      Row<E> x = {};
+      x.add(-1, s);
+      x.add(-1, z);
+      x.store(x_eliminated + e * E);
+      const double* of_row = u;  // -J_e s: of anchored leaves what their rows feel
       for_rows(view.eliminated, e, [&](Index row, Index) {
-        const Row<R> moved = less(Row<R>::load(of_row), view.U + row * R * E, t);
-        for (int k = 0; k < R; ++k) squares += moved[k] * moved[k];
+        const Row<R> moved = less(Row<R>::load(of_row), view, row, s);
+        squares.add_products(moved, moved);
         of_row += R;
       });
     }
-    return squares;
+    return squares.sum();
   }
 
   static void add_products(const EliminationView& view, Index a, const BlockRowView& block_row,
@@ -212,11 +218,13 @@ struct Eliminate {
         const Index slot = block_row.slot_of[view.kept.block[other]];
         return Square<K>{block_row.values + slot * K, block_row.stride};
       };
-      Products::template add<true>(view, e, c, c, block(c));
-      for (Index q = position(view.eliminated, c) + 1; q < view.eliminated.begin[e + 1]; ++q) {
-        const Index other = coupling(view.eliminated, q);
-        Products::template add<false>(view, e, c, other, block(other));
-      }
+      Products::for_lefts(view, e, c, [&](const typename Products::Left& left) {
+        Products::template add<true>(view, e, left, c, block(c));
+        for (Index q = position(view.eliminated, c) + 1; q < view.eliminated.begin[e + 1]; ++q) {
+          const Index other = coupling(view.eliminated, q);
+          Products::template add<false>(view, e, left, other, block(other));
+        }
+      });
     }
     reduced.store(v + a * K);
   }
@@ -229,10 +237,12 @@ struct Eliminate {
         const Index ahead = coupling(view.eliminated, p + lookahead < end ? p + lookahead : p);
         prefetch<8 * size>(sums + Index{view.kept.block[ahead]} * size);
         const Index c = coupling(view.eliminated, p);
-        prefetch_ahead<R * K>(view.J_kept + row_begin(view.kept, c) * R * K);
-        prefetch_ahead<R * E>(view.U + row_begin(view.kept, c) * R * E);
+        prefetch_ahead(OfKept::of(view.J_kept, row_begin(view.kept, c)));
+        prefetch_ahead(OfEliminated::of(view.J_eliminated, row_begin(view.kept, c)));
         double* A = sums + Index{view.kept.block[c]} * size;
-        Products::template add<true>(view, e, c, c, Triangle<K>{A});
+        Products::for_lefts(view, e, c, [&](const typename Products::Left& left) {
+          Products::template add<true>(view, e, left, c, Triangle<K>{A});
+        });
         auto v = Row<K>::load(A + triangle);
         Products::reduce(view, e, c, v);
         v.store(A + triangle);
@@ -246,7 +256,10 @@ struct Eliminate {
       double* A = A_diagonal + a * K * K;
       clear<K * K>(A);
       for_couplings(view.kept, a, [&](Index c) {
-        Products::template add<true>(view, view.eliminated.block[c], c, c, Square<K>{A, K});
+        const Index e = view.eliminated.block[c];
+        Products::for_lefts(view, e, c, [&](const typename Products::Left& left) {
+          Products::template add<true>(view, e, left, c, Square<K>{A, K});
+        });
       });
     }
   }
@@ -254,22 +267,25 @@ struct Eliminate {
   static void coupling_block(const EliminationView& view, Index c, double* block, Index stride) {
     Row<E> product[K] = {};
     for_rows_of(view.kept, c, [&](Index row) {
-      for (Index k = row * R; k < (row + 1) * R; ++k) {
-        const auto J_e = Row<E>::load(view.J_eliminated + k * E);
-        for (int i = 0; i < K; ++i) product[i].add(view.J_kept[k * K + i], J_e);
+      const OfKept kept = OfKept::of(view.J_kept, row);
+      const OfEliminated eliminated = OfEliminated::of(view.J_eliminated, row);
+      for (int k = 0; k < R; ++k) {
+        const Row<K> of_kept = kept.residual(k);
+        const Row<E> of_eliminated = eliminated.residual(k);
+        for (int i = 0; i < K; ++i) product[i].add(of_kept[i], of_eliminated);
       }
     });
     for (int i = 0; i < K; ++i) product[i].store(block + i * stride);
   }
 };
 
-template <int R, int K, int E, bool anchored>
+template <class T, int R, int K, int E, bool anchored>
 constexpr EliminationKernels make_elimination_kernels() {
-  using Kernels = Eliminate<R, K, E, anchored>;
-  return {&Kernels::factor,        &Kernels::transform,    &Kernels::reduce_gradient,
-          &Kernels::project,       &Kernels::multiply,     &Kernels::back_substitute,
-          &Kernels::add_products,  &Kernels::add_diagonal, &Kernels::diagonal_blocks,
-          &Kernels::coupling_block};
+  using Kernels = Eliminate<T, R, K, E, anchored>;
+  return {&Kernels::factor,          &Kernels::solve_own,       &Kernels::couple,
+          &Kernels::reduce_gradient, &Kernels::project,         &Kernels::multiply,
+          &Kernels::back_substitute, &Kernels::add_products,    &Kernels::add_diagonal,
+          &Kernels::diagonal_blocks, &Kernels::coupling_block};
 }
 
 }  // namespace

@@ -13,17 +13,23 @@ namespace raybundle::linalg {
   extern const EliminationKernels eliminate_##R##_##K##_##E; \
   extern const EliminationKernels eliminate_##R##_##E##_##K; \
   extern const EliminationKernels eliminate_anchored_##R##_##K##_##E;
-#define RAYBUNDLE_DECLARE_KERNELS(isa) \
-  namespace isa {                      \
-  RAYBUNDLE_DECLARE_SHAPE(2, 9, 3)     \
-  RAYBUNDLE_DECLARE_SHAPE(2, 6, 3)     \
-  RAYBUNDLE_DECLARE_SHAPE(3, 6, 3)     \
+#define RAYBUNDLE_DECLARE_KERNELS(number) \
+  namespace number {                      \
+  RAYBUNDLE_DECLARE_SHAPE(2, 9, 3)        \
+  RAYBUNDLE_DECLARE_SHAPE(2, 6, 3)        \
+  RAYBUNDLE_DECLARE_SHAPE(3, 6, 3)        \
   }
-RAYBUNDLE_DECLARE_KERNELS(baseline)
+#define RAYBUNDLE_DECLARE_SET(isa)   \
+  namespace isa {                    \
+  RAYBUNDLE_DECLARE_KERNELS(singles) \
+  RAYBUNDLE_DECLARE_KERNELS(doubles) \
+  }
+RAYBUNDLE_DECLARE_SET(baseline)
 #ifdef RAYBUNDLE_HAVE_X86_KERNELS
-RAYBUNDLE_DECLARE_KERNELS(avx2)
-RAYBUNDLE_DECLARE_KERNELS(avx512)
+RAYBUNDLE_DECLARE_SET(avx2)
+RAYBUNDLE_DECLARE_SET(avx512)
 #endif
+#undef RAYBUNDLE_DECLARE_SET
 #undef RAYBUNDLE_DECLARE_KERNELS
 #undef RAYBUNDLE_DECLARE_SHAPE
 
@@ -46,48 +52,59 @@ const Kernels& choose([[maybe_unused]] const Kernels& baseline,
 }
 
 #ifdef RAYBUNDLE_HAVE_X86_KERNELS
-#define RAYBUNDLE_CHOOSE(kernels) choose(baseline::kernels, avx2::kernels, avx512::kernels)
+#define RAYBUNDLE_CHOOSE_SET(kernels) choose(baseline::kernels, avx2::kernels, avx512::kernels)
 #else
-#define RAYBUNDLE_CHOOSE(kernels) choose(baseline::kernels, baseline::kernels, baseline::kernels)
+#define RAYBUNDLE_CHOOSE_SET(kernels) \
+  choose(baseline::kernels, baseline::kernels, baseline::kernels)
 #endif
+#define RAYBUNDLE_CHOOSE(kernels)                                                          \
+  (shape.precision == Precision::single_precision ? RAYBUNDLE_CHOOSE_SET(singles::kernels) \
+                                                  : RAYBUNDLE_CHOOSE_SET(doubles::kernels))
 
-[[noreturn]] void unknown(int row, int a, int b) {
-  throw std::invalid_argument("no kernels for blocks of " + std::to_string(a) + " and " +
-                              std::to_string(b) + " unknowns with rows of " + std::to_string(row));
+bool is(const KernelShape& shape, int row, int hub) {
+  return shape.row == row && shape.hub == hub && shape.leaf == 3;
+}
+
+[[noreturn]] void unknown(const KernelShape& shape) {
+  throw std::invalid_argument("no kernels for blocks of " + std::to_string(shape.hub) + " and " +
+                              std::to_string(shape.leaf) + " unknowns with rows of " +
+                              std::to_string(shape.row) +
+                              (shape.anchored ? ", or none that eliminate anchors" : ""));
 }
 
 }  // namespace
 
-const BlockKernels& block_kernels(bool anchored, int row_size, int hub_size, int leaf_size) {
-  const auto is = [&](int row, int hub) {
-    return row_size == row && hub_size == hub && leaf_size == 3;
-  };
-  if (is(2, 9))
-    return !anchored ? RAYBUNDLE_CHOOSE(blocks_2_9_3) : RAYBUNDLE_CHOOSE(anchored_2_9_3);
-  if (is(2, 6))
-    return !anchored ? RAYBUNDLE_CHOOSE(blocks_2_6_3) : RAYBUNDLE_CHOOSE(anchored_2_6_3);
-  if (is(3, 6))
-    return !anchored ? RAYBUNDLE_CHOOSE(blocks_3_6_3) : RAYBUNDLE_CHOOSE(anchored_3_6_3);
-  unknown(row_size, hub_size, leaf_size);
+const BlockKernels& block_kernels(const KernelShape& shape) {
+  if (shape.anchored) {
+    if (is(shape, 2, 9)) return RAYBUNDLE_CHOOSE(anchored_2_9_3);
+    if (is(shape, 2, 6)) return RAYBUNDLE_CHOOSE(anchored_2_6_3);
+    if (is(shape, 3, 6)) return RAYBUNDLE_CHOOSE(anchored_3_6_3);
+  } else {
+    if (is(shape, 2, 9)) return RAYBUNDLE_CHOOSE(blocks_2_9_3);
+    if (is(shape, 2, 6)) return RAYBUNDLE_CHOOSE(blocks_2_6_3);
+    if (is(shape, 3, 6)) return RAYBUNDLE_CHOOSE(blocks_3_6_3);
+  }
+  unknown(shape);
 }
 
-const EliminationKernels& elimination_kernels(bool anchored, int row_size, int kept,
-                                              int eliminated) {
-  const auto is = [&](bool with_anchors, int row, int keep, int eliminate) {
-    return anchored == with_anchors && row_size == row && kept == keep && eliminated == eliminate;
-  };
-  if (is(false, 2, 9, 3)) return RAYBUNDLE_CHOOSE(eliminate_2_9_3);
-  if (is(false, 2, 3, 9)) return RAYBUNDLE_CHOOSE(eliminate_2_3_9);
-  if (is(false, 2, 6, 3)) return RAYBUNDLE_CHOOSE(eliminate_2_6_3);
-  if (is(false, 2, 3, 6)) return RAYBUNDLE_CHOOSE(eliminate_2_3_6);
-  if (is(false, 3, 6, 3)) return RAYBUNDLE_CHOOSE(eliminate_3_6_3);
-  if (is(false, 3, 3, 6)) return RAYBUNDLE_CHOOSE(eliminate_3_3_6);
-  if (is(true, 2, 9, 3)) return RAYBUNDLE_CHOOSE(eliminate_anchored_2_9_3);
-  if (is(true, 2, 6, 3)) return RAYBUNDLE_CHOOSE(eliminate_anchored_2_6_3);
-  if (is(true, 3, 6, 3)) return RAYBUNDLE_CHOOSE(eliminate_anchored_3_6_3);
-  unknown(row_size, kept, eliminated);
+const EliminationKernels& elimination_kernels(const KernelShape& shape, bool eliminate_leaves) {
+  if (shape.anchored && eliminate_leaves) {
+    if (is(shape, 2, 9)) return RAYBUNDLE_CHOOSE(eliminate_anchored_2_9_3);
+    if (is(shape, 2, 6)) return RAYBUNDLE_CHOOSE(eliminate_anchored_2_6_3);
+    if (is(shape, 3, 6)) return RAYBUNDLE_CHOOSE(eliminate_anchored_3_6_3);
+  } else if (!shape.anchored && eliminate_leaves) {
+    if (is(shape, 2, 9)) return RAYBUNDLE_CHOOSE(eliminate_2_9_3);
+    if (is(shape, 2, 6)) return RAYBUNDLE_CHOOSE(eliminate_2_6_3);
+    if (is(shape, 3, 6)) return RAYBUNDLE_CHOOSE(eliminate_3_6_3);
+  } else if (!shape.anchored) {
+    if (is(shape, 2, 9)) return RAYBUNDLE_CHOOSE(eliminate_2_3_9);
+    if (is(shape, 2, 6)) return RAYBUNDLE_CHOOSE(eliminate_2_3_6);
+    if (is(shape, 3, 6)) return RAYBUNDLE_CHOOSE(eliminate_3_3_6);
+  }
+  unknown(shape);
 }
 
 #undef RAYBUNDLE_CHOOSE
+#undef RAYBUNDLE_CHOOSE_SET
 
 }  // namespace raybundle::linalg

@@ -1,20 +1,27 @@
 #pragma once
 
+#include <raybundle/linalg/precision.h>
+
 #include <cstdint>
 
-/// The inner loops of linalg, by block shape and instruction set. A kernel works on a range of
-/// blocks, which is also the grain of threading; nothing in it allocates or calls out.
+/// The inner loops of linalg, by block shape, precision and instruction set. A kernel works on a
+/// range of blocks, which is also the grain of threading; nothing in it allocates or calls out.
 ///
 /// The kernels of an elimination see the two sides of the normal equations as "kept" (k) and
 /// "eliminated" (e), so that eliminating leaves or hubs is a choice of arguments. For an eliminated
 /// block
-///   M M^T = (H_ee + D_e)^-1,   U = J_e M,   y = M^T g_e,
-/// and with P = I - U U^T the reduced system is A = J_k^T P J_k + D_k, v = g_k - J_k^T U y.
+///   M M^T = (H_ee + D_e)^-1,   q = M M^T g_e,
+/// and with P = I - J_e M M^T J_e^T the reduced system is A = J_k^T P J_k + D_k, v = g_k - J_k^T J_e
+/// q.
 ///
 /// Anchored leaves are eliminated as l' = l + Z x, the step that their rows feel. Rows then have
 /// one hub each, and anchors are left only in the damping |l|^2 = |l' - Z x|^2 of the leaves:
-///   A = J_k^T J_k + Z^T D_e Z - W W^T + D_k,   v = J_k^T r - W y,   W = (J_k^T J_e - Z^T D_e) M.
+///   A = J_k^T J_k + Z^T D_e Z - W W^T + D_k,   W = (J_k^T J_e - Z^T D_e) M,
+///   v = J_k^T r - (J_k^T J_e - Z^T D_e) q.
 namespace raybundle::linalg {
+
+/// Blocks of so few unknowns are stored unknown by unknown, others residual by residual.
+constexpr bool is_narrow(int unknowns) { return unknowns <= 3; }
 
 /// Sparsity from one side; see Incidence and BlockLayout. A null list or position is the identity,
 /// null rows mean that coupling c is row c.
@@ -34,14 +41,26 @@ struct AnchorView {
   const double* Z;
 };
 
-/// The blocks of a Jacobian, row by row, row-major.
+/// The blocks of a Jacobian, row by row, of the numbers that the kernels are for; see is_narrow().
 struct JacobianView {
   SideView hubs;
   SideView leaves;
-  const double* J_hub;
-  const double* J_leaf;
+  const void* J_hub;
+  const void* J_leaf;
   AnchorView anchors;
 };
+
+/// A few rows as they were computed, on their way into a Jacobian: residuals, and blocks residual
+/// by residual, all from row `first` on.
+struct RowTile {
+  std::int64_t first;
+  std::int64_t last;
+  double* residual;
+  double* J_hub;
+  double* J_leaf;
+};
+/// The most rows of a tile: with its normal equations it stays in the first-level cache.
+constexpr std::int64_t tile_rows = 64;
 
 /// Where normal equations go: J_leaf^T J_leaf by leaf (C), J^T r of the leaves, and sums by hub:
 /// the diagonal of its block of J^T J, J_hub^T r and, with anchors, what they add to that.
@@ -66,17 +85,16 @@ constexpr int triangle_begin(int size, int row) {
 constexpr int triangle_size(int size) { return triangle_begin(size, size); }
 
 /// What one elimination works on: the Jacobian blocks of both sides, the damping of the eliminated
-/// one, and the factors: M and y block by block, U^T row by row (eliminated x residuals of one),
-/// W coupling by coupling (eliminated x kept: transposed), for anchored leaves alone.
+/// one, and the factors: M and q block by block, W coupling by coupling (eliminated x kept:
+/// transposed), for the explicit matrix of anchored leaves alone.
 struct EliminationView {
   SideView kept;
   SideView eliminated;
-  const double* J_kept;
-  const double* J_eliminated;
+  const void* J_kept;
+  const void* J_eliminated;
   const double* D;
   double* M;
-  double* U;
-  double* y;
+  double* q;
   double* W;
   AnchorView anchors;
 };
@@ -92,15 +110,20 @@ struct BlockKernels {
   /// u = J x for the rows of leaves [first, last).
   void (*multiply)(const JacobianView& J, const double* x_hub, const double* x_leaf,
                    std::int64_t first, std::int64_t last, double* u);
+  /// |J x|^2 of the same rows.
+  double (*squares)(const JacobianView& J, const double* x_hub, const double* x_leaf,
+                    std::int64_t first, std::int64_t last);
   /// y = J_hub^T u + Z^T w for hubs [first, last), w by leaf; w is not read without anchors.
   void (*transpose_multiply_hubs)(const JacobianView& J, const double* u, const double* w,
                                   std::int64_t first, std::int64_t last, double* y);
   /// y = J_leaf^T u for leaves [first, last).
   void (*transpose_multiply_leaves)(const JacobianView& J, const double* u, std::int64_t first,
                                     std::int64_t last, double* y);
-  /// C and g_leaf of leaves [first, last); what they add by hub is added.
-  void (*normal_equations)(const JacobianView& J, const double* r, std::int64_t first,
-                           std::int64_t last, const NormalView& normal);
+  /// Stores the rows of a tile, those of leaves [first, last) or some of a single one, and sums
+  /// what they are worth in the normal equations: gradients of the rows as computed, squares of
+  /// the rows as stored. C and g_leaf start with a leaf's first row; sums by hub go on.
+  void (*absorb)(const JacobianView& J, const RowTile& tile, std::int64_t first, std::int64_t last,
+                 const NormalView& normal);
   /// The diagonal blocks of J^T J of hubs [first, last), anchors included; C by leaf is not read
   /// without them.
   void (*hub_squares)(const JacobianView& J, const double* C, std::int64_t first, std::int64_t last,
@@ -113,10 +136,12 @@ struct EliminationKernels {
   /// number.
   std::int64_t (*factor)(const double* H, const double* d, double tolerance, std::int64_t first,
                          std::int64_t last, double* M, std::int64_t* failed);
-  /// Writes U, y and W of eliminated [first, last).
-  void (*transform)(const EliminationView& view, const double* g_eliminated, std::int64_t first,
+  /// Writes q of eliminated [first, last).
+  void (*solve_own)(const EliminationView& view, const double* g_eliminated, std::int64_t first,
                     std::int64_t last);
-  /// v_a -= J_a^T U y, or W y, for kept a in [first, last).
+  /// Writes W of eliminated [first, last); of anchored leaves alone.
+  void (*couple)(const EliminationView& view, std::int64_t first, std::int64_t last);
+  /// v_a += (v - g_k)_a, for kept a in [first, last).
   void (*reduce_gradient)(const EliminationView& view, std::int64_t first, std::int64_t last,
                           double* v);
   /// u = P J_k x of the rows of eliminated [first, last); not for anchored leaves.
@@ -126,12 +151,12 @@ struct EliminationKernels {
   /// is scratch for the residuals of one of them.
   void (*multiply)(const EliminationView& view, const double* x_kept, std::int64_t first,
                    std::int64_t last, double* u, double* y);
-  /// x_e = -M (y + U^T J_k x_k), and with anchors -M (y + W^T x_k) - Z x_k, for eliminated [first,
-  /// last); returns |J x|^2 of their rows. `u` as above.
+  /// x_e = -(q + M M^T J_e^T J_k x_k), with anchors -(q + M M^T (J_e^T J_k - D Z) x_k) - Z x_k, for
+  /// eliminated [first, last); returns |J x|^2 of their rows. `u` as above.
   double (*back_substitute)(const EliminationView& view, const double* x_kept, std::int64_t first,
                             std::int64_t last, double* u, double* x_eliminated);
-  /// A_ab += J_a^T (I - U U^T) J_b, with anchors J_a^T J_b + Z_a^T D Z_b - W_a W_b^T, for all
-  /// b >= a, into the block row of kept a, and v_a as reduce_gradient does.
+  /// A_ab += J_a^T P_ab J_b, with anchors J_a^T J_b + Z_a^T D Z_b - W_a W_b^T, for all b >= a, into
+  /// the block row of kept a, and v_a as reduce_gradient does.
   void (*add_products)(const EliminationView& view, std::int64_t a, const BlockRowView& row,
                        double* v);
   /// What the rows of eliminated [first, last) add to A_aa and v_a, for all kept a: `sums` has by
@@ -145,11 +170,18 @@ struct EliminationKernels {
   void (*coupling)(const EliminationView& view, std::int64_t c, double* E, std::int64_t stride);
 };
 
-/// The kernels for a layout; throws std::invalid_argument for block sizes nobody compiled.
-const BlockKernels& block_kernels(bool anchored, int row_size, int hub_size, int leaf_size);
-/// The kernels that keep blocks of `kept` and eliminate blocks of `eliminated` unknowns. Hubs that
-/// anchor leaves cannot be eliminated.
-const EliminationKernels& elimination_kernels(bool anchored, int row_size, int kept,
-                                              int eliminated);
+/// What a kernel is made for.
+struct KernelShape {
+  Precision precision;
+  bool anchored;
+  int row;
+  int hub;
+  int leaf;
+};
+
+/// The kernels for a layout; both throw std::invalid_argument for shapes nobody compiled.
+const BlockKernels& block_kernels(const KernelShape& shape);
+/// Those that eliminate the leaves or the hubs. Hubs that anchor leaves cannot be eliminated.
+const EliminationKernels& elimination_kernels(const KernelShape& shape, bool eliminate_leaves);
 
 }  // namespace raybundle::linalg

@@ -11,11 +11,29 @@ using Vector2 [[gnu::vector_size(16)]] = double;
 using Vector4 [[gnu::vector_size(32)]] = double;
 using Vector8 [[gnu::vector_size(64)]] = double;
 
+// Vectors of double, from numbers of either precision and back.
 template <class Vector>
 inline Vector load_vector(const double* x) {
   Vector v;
   __builtin_memcpy(&v, x, sizeof(v));
   return v;
+}
+template <class Vector>
+inline Vector load_vector(const float* x) {
+  using Singles [[gnu::vector_size(sizeof(Vector) / 2)]] = float;
+  Singles v;
+  __builtin_memcpy(&v, x, sizeof(v));
+  return __builtin_convertvector(v, Vector);
+}
+template <class Vector>
+inline void store_vector(Vector v, double* x) {
+  __builtin_memcpy(x, &v, sizeof(v));
+}
+template <class Vector>
+inline void store_vector(Vector v, float* x) {
+  using Singles [[gnu::vector_size(sizeof(Vector) / 2)]] = float;
+  const Singles rounded = __builtin_convertvector(v, Singles);
+  __builtin_memcpy(x, &rounded, sizeof(rounded));
 }
 
 inline Vector2 fold(Vector4 v) {
@@ -44,25 +62,33 @@ struct Row;
 
 template <>
 struct Row<0> {
-  static Row load(const double* /*x*/) { return {}; }
-  void store(double* /*x*/) const {}
+  template <class T>
+  static Row load(const T* /*x*/) {
+    return {};
+  }
+  template <class T>
+  void store(T* /*x*/) const {}
   void add(double /*a*/, const Row& /*x*/) {}
   void add_products(const Row& /*x*/, const Row& /*y*/) {}
   double sum() const { return 0; }
   double operator[](int /*i*/) const { return 0; }
-  static double dot(const double* /*x*/, const double* /*y*/) { return 0; }
 };
 
 template <>
 struct Row<1> {
   double value = 0;
-  static Row load(const double* x) { return {*x}; }
-  void store(double* x) const { *x = value; }
+  template <class T>
+  static Row load(const T* x) {
+    return {*x};
+  }
+  template <class T>
+  void store(T* x) const {
+    *x = static_cast<T>(value);
+  }
   void add(double a, const Row& x) { value += a * x.value; }
   void add_products(const Row& x, const Row& y) { value += x.value * y.value; }
   double sum() const { return value; }
   double operator[](int /*i*/) const { return value; }
-  static double dot(const double* x, const double* y) { return *x * *y; }
 };
 
 // The widest vector that fits.
@@ -86,9 +112,13 @@ struct Row {
   Head head = {};
   Tail tail = {};
 
-  static Row load(const double* x) { return {load_vector<Head>(x), Tail::load(x + width)}; }
-  void store(double* x) const {
-    __builtin_memcpy(x, &head, sizeof(head));
+  template <class T>
+  static Row load(const T* x) {
+    return {load_vector<Head>(x), Tail::load(x + width)};
+  }
+  template <class T>
+  void store(T* x) const {
+    store_vector(head, x);
     tail.store(x + width);
   }
   /// this += a x
@@ -103,11 +133,14 @@ struct Row {
   }
   double sum() const { return RAYBUNDLE_ISA::sum(head) + tail.sum(); }
   double operator[](int i) const { return i < width ? head[i] : tail[i - width]; }
-  static double dot(const double* x, const double* y) {
-    return RAYBUNDLE_ISA::sum(load_vector<Head>(x) * load_vector<Head>(y)) +
-           Tail::dot(x + width, y + width);
-  }
 };
+
+template <int N>
+[[gnu::always_inline]] inline double dot(const Row<N>& x, const Row<N>& y) {
+  Row<N> products = {};
+  products.add_products(x, y);
+  return products.sum();
+}
 
 // The first W of N numbers, which make a vector or are all.
 template <int W, int N>
@@ -123,13 +156,12 @@ template <int W, int N>
 }
 
 // The two products with y of a matrix of two rows; N numbers of them each, from the first on.
-template <int N>
-[[gnu::always_inline]] inline Vector2 two_dots(const double* first, const double* second,
-                                               const Row<N>& y) {
+template <int N, class T>
+[[gnu::always_inline]] inline Vector2 two_dots(const T* first, const T* second, const Row<N>& y) {
   if constexpr (N == 0) {
     return Vector2{};
   } else if constexpr (N == 1) {
-    return Vector2{*first, *second} * y.value;
+    return Vector2{double{*first}, double{*second}} * y.value;
   } else {
     using Head = typename Row<N>::Head;
     constexpr int width = Row<N>::width;
@@ -139,14 +171,12 @@ template <int N>
 }
 
 // A x, with A of R x N, row-major.
-template <int R, int N>
-[[gnu::always_inline]] inline Row<R> product(const double* A, const Row<N>& x) {
+template <int R, int N, class T>
+[[gnu::always_inline]] inline Row<R> product(const T* A, const Row<N>& x) {
   if constexpr (R == 0) {
     return {};
   } else if constexpr (R == 1) {
-    Row<N> products = {};
-    products.add_products(Row<N>::load(A), x);
-    return {products.sum()};
+    return {dot(Row<N>::load(A), x)};
   } else {
     return {two_dots<N>(A, A + N, x), product<R - 2, N>(A + 2 * N, x)};
   }

@@ -2,8 +2,7 @@
 
 #pragma once
 
-#include <raybundle/linalg/kernels/kernel_table.h>
-#include <raybundle/linalg/kernels/row.h>
+#include <raybundle/linalg/kernels/row_block.h>
 
 namespace raybundle::linalg::RAYBUNDLE_ISA {
 namespace {
@@ -19,18 +18,20 @@ inline Index row_end(const SideView& side, Index c) { return side.rows ? side.ro
 
 // Asks for `bytes` at x before they are needed.
 template <int bytes>
-inline void prefetch(const double* x) {
-  for (int at = 0; at < bytes; at += 64) {
-    __builtin_prefetch(reinterpret_cast<const char*>(x) + at);
-  }
+inline void prefetch(const void* x) {
+  for (int at = 0; at < bytes; at += 64) __builtin_prefetch(static_cast<const char*>(x) + at);
 }
 
-// Asks for the rows `ahead` places further on of an array that is gone through in order: reads
-// across pages come too late by themselves.
-template <int numbers>
-inline void prefetch_ahead(const double* row) {
+// Asks for what an array that is gone through in order has `ahead` places of `size` bytes further
+// on: reads across pages come too late by themselves.
+template <int size>
+inline void prefetch_ahead(const void* x) {
   constexpr int ahead = 48;
-  prefetch<8 * numbers>(row + ahead * numbers);
+  prefetch<size>(static_cast<const char*>(x) + ahead * size);
+}
+template <class T, int R, int N>
+inline void prefetch_ahead(const RowBlock<T, R, N>& J) {
+  prefetch_ahead<static_cast<int>(sizeof(T)) * R * N>(J.values);
 }
 
 // How many couplings ahead of their use scattered blocks are asked for.
@@ -59,16 +60,17 @@ template <class Visit>
   for_couplings(side, b, [&](Index c) { for_rows_of(side, c, [&](Index row) { visit(row, c); }); });
 }
 
-// The same where J has `size` numbers a row, which are asked for ahead.
-template <int size, class Visit>
-[[gnu::always_inline]] inline void for_rows_ahead(const SideView& side, Index b, const double* J,
-                                                  Visit&& visit) {
+// Calls visit(block of J, row, coupling) where blocks are `Block`s, which are asked for ahead.
+template <class Block, class Visit>
+[[gnu::always_inline]] inline void for_blocks_ahead(const SideView& side, Index b, const void* J,
+                                                    Visit&& visit) {
+  constexpr int bytes = Block::size * static_cast<int>(sizeof(*Block{}.values));
   for (Index p = side.begin[b]; p < side.begin[b + 1]; ++p) {
     const Index ahead = coupling_ahead(side, b, p);
-    if (ahead >= 0) prefetch<size * 8>(J + row_begin(side, ahead) * size);
+    if (ahead >= 0) prefetch<bytes>(Block::of(J, row_begin(side, ahead)).values);
     const Index c = coupling(side, p);
-    if (!side.list) prefetch_ahead<size>(J + row_begin(side, c) * size);
-    for_rows_of(side, c, [&](Index row) { visit(row, c); });
+    if (!side.list) prefetch_ahead<bytes>(Block::of(J, row_begin(side, c)).values);
+    for_rows_of(side, c, [&](Index row) { visit(Block::of(J, row), row, c); });
   }
 }
 
@@ -78,8 +80,8 @@ template <int K, int E>
                                                 const std::int32_t* hub_of, const double* x_hub,
                                                 double* z) {
   for (Index k = anchors.begin[leaf]; k < anchors.begin[leaf + 1]; ++k) {
-    const double* x = x_hub + Index{hub_of[anchors.coupling[k]]} * K;
-    for (int i = 0; i < E; ++i) z[i] += Row<K>::dot(anchors.Z + (k * E + i) * K, x);
+    const auto x = Row<K>::load(x_hub + Index{hub_of[anchors.coupling[k]]} * K);
+    for (int i = 0; i < E; ++i) z[i] += dot(Row<K>::load(anchors.Z + (k * E + i) * K), x);
   }
 }
 

@@ -23,6 +23,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using test::BlockSystem;
 using test::BlockSystemOptions;
+using test::form;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr double tolerance = 1e-13;
@@ -47,6 +48,12 @@ TEST_P(BlockProducts, Multiply) {
   VectorXd u = VectorXd::Constant(system_.layout.residuals(), 1e300);
   multiply(system_.J, x.data(), u.data(), pool_);
   EXPECT_LE((u - system_.dense * x).norm(), tolerance * x.norm());
+}
+
+TEST_P(BlockProducts, Squares) {
+  const VectorXd x = random_vector(system_.layout.unknowns(), 5);
+  const double exact = (system_.dense * x).squaredNorm();
+  EXPECT_NEAR(multiply_squares(system_.J, x.data(), pool_), exact, tolerance * exact);
 }
 
 TEST_P(BlockProducts, TransposeMultiply) {
@@ -76,7 +83,7 @@ TEST_P(BlockProducts, TransposeMultiplyOfOneSideTouchesNothingElse) {
 
 TEST_P(BlockProducts, NormalEquations) {
   NormalEquations& normal = system_.normal;
-  normal.form(system_.J, system_.r.data(), pool_);
+  form(normal, system_.J, system_.r.data(), pool_);
   const MatrixXd H = system_.dense.transpose() * system_.dense;
   const VectorXd g = system_.gradient();
   EXPECT_LE((Eigen::Map<VectorXd>(normal.gradient.data(), g.size()) - g).norm(),
@@ -95,7 +102,7 @@ TEST_P(BlockProducts, NormalEquations) {
 }
 
 TEST_P(BlockProducts, DiagonalIsClampedOnBothEnds) {
-  system_.normal.form(system_.J, system_.r.data(), pool_);
+  form(normal, system_.J, system_.r.data(), pool_);
   const VectorXd exact = system_.dense.colwise().squaredNorm();
   VectorXd d(system_.layout.unknowns());
   system_.normal.diagonal(0.0, 1e300, d.data());
@@ -113,7 +120,7 @@ TEST_P(BlockProducts, SameBitsForAnyNumberOfThreads) {
     multiply(system_.J, x.data(), u.data(), pool);
     transpose_multiply(system_.J, u.data(), y.data(), pool);
     NormalEquations normal(system_.layout);
-    normal.form(system_.J, u.data(), pool);
+    form(normal, system_.J, u.data(), pool);
     std::vector<double> B;
     normal.diagonal_blocks(system_.J, Side::hubs, B, pool);
     VectorXd all(y.size() + static_cast<Eigen::Index>(B.size()));

@@ -128,9 +128,9 @@ TEST(NearlyDeficientLeaf, DampedStepIsTheDampedSolution) {
   for (const double smallest : {1e-3, 1e-6, 1e-8, 1e-12, 0.0}) {
     BlockSystem system({.seed = 41, .hubs = 3, .leaves = 30});
     // The third column of the first leaf (six residuals): little that the others do not say.
-    for (std::size_t i = 0; i < 6; ++i) {
-      double* row = system.J.leaf_blocks.data() + 3 * i;
-      row[2] = 0.5 * row[0] - 0.25 * row[1] + smallest * row[2];
+    for (int i = 0; i < 6; ++i) {
+      const auto at = [&](int k) { return system.J.at(Side::leaves, i / 2, i % 2, k); };
+      system.J.set(Side::leaves, i / 2, i % 2, 2, 0.5 * at(0) - 0.25 * at(1) + smallest * at(2));
     }
     system.update_dense();
     system.D = 1e-6 * system.dense.colwise().squaredNorm();

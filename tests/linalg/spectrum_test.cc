@@ -167,8 +167,10 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(ReducedSpectrum, ASingularSystemHasASmallestOfNothing) {
   // Two unknowns of a hub that no row tells apart.
   test::BlockSystem system({.seed = 6, .leaves = 60});
-  for (std::size_t at = 0; at < system.J.hub_blocks.size(); at += 9) {
-    system.J.hub_blocks[at + 1] = system.J.hub_blocks[at];
+  for (std::int64_t row = 0; row < system.layout.rows; ++row) {
+    for (int r = 0; r < 2; ++r) {
+      system.J.set(Side::hubs, row, r, 1, system.J.at(Side::hubs, row, r, 0));
+    }
   }
   system.update_dense();
   ThreadPool pool(1);
@@ -180,7 +182,7 @@ TEST(ReducedSpectrum, ASingularSystemHasASmallestOfNothing) {
 
 TEST(ReducedSpectrum, SaysWhenALinearisationIsNotFinite) {
   test::BlockSystem system({.seed = 7, .leaves = 60});
-  system.J.leaf_blocks[4] = std::numeric_limits<double>::quiet_NaN();
+  system.J.set(Side::leaves, 0, 1, 1, std::numeric_limits<double>::quiet_NaN());
   ThreadPool pool(1);
   ReducedSpectrum spectrum(system.layout, pool);
   const Spectrum found = spectrum.measure(system.linearization(pool));

@@ -69,9 +69,7 @@ std::vector<Vector3d> eigenvalues(const Problem& problem, PointModel points) {
   const State state = objective.state_of(problem);
   linalg::BlockJacobian J(objective.layout());
   linalg::NormalEquations normal(objective.layout());
-  Eigen::VectorXd residual(objective.layout().residuals());
-  objective.linearize(state, residual.data(), J);
-  normal.form(J, residual.data(), pool);
+  objective.linearize(state, J, normal);
   std::vector<Vector3d> result;
   for (std::size_t i = 0; i < normal.C.size(); i += 9) {
     const Eigen::Map<const Eigen::Matrix3d> C(&normal.C[i]);

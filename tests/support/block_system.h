@@ -38,7 +38,39 @@ struct BlockSystemOptions {
   double hub_column_spread = 0;   ///< hub unknowns are scaled by 10^-spread .. 10^spread
   double leaf_column_spread = 0;  ///< the same for leaf unknowns
   double damping = 0.01;          ///< D is damping * uniform(0.5, 1.5) * diag(H)
+  linalg::Precision precision = linalg::Precision::double_precision;
 };
+
+/// The normal equations of rows that J holds already.
+inline void form(linalg::NormalEquations& normal, linalg::BlockJacobian& J, const double* r,
+                 linalg::ThreadPool& pool) {
+  const linalg::BlockLayout& layout = J.layout();
+  normal.form(J, pool, [&](const linalg::RowTile& tile) {
+    const int rows = layout.row_size;
+    for (std::int64_t i = 0; i < (tile.last - tile.first) * rows; ++i) {
+      const std::int64_t row = tile.first + i / rows;
+      const auto residual = static_cast<int>(i % rows);
+      tile.residual[i] = r[tile.first * rows + i];
+      for (int k = 0; k < layout.hub_size; ++k) {
+        tile.J_hub[i * layout.hub_size + k] = J.at(linalg::Side::hubs, row, residual, k);
+      }
+      for (int k = 0; k < layout.leaf_size; ++k) {
+        tile.J_leaf[i * layout.leaf_size + k] = J.at(linalg::Side::leaves, row, residual, k);
+      }
+    }
+    return 0.0;
+  });
+}
+
+/// The block of a row of J, as it is stored.
+inline Eigen::MatrixXd row_block(const linalg::BlockJacobian& J, linalg::Side side,
+                                 std::int64_t row) {
+  Eigen::MatrixXd block(J.layout().row_size, J.layout().block_size(side));
+  for (int r = 0; r < block.rows(); ++r) {
+    for (int k = 0; k < block.cols(); ++k) block(r, k) = J.at(side, row, r, k);
+  }
+  return block;
+}
 
 /// A random Jacobian in blocks, and the same in dense form: the oracle of every linear path. The
 /// dense matrix is filled from the block values with nothing but their definition.
@@ -48,20 +80,27 @@ class BlockSystem {
  public:
   explicit BlockSystem(const BlockSystemOptions& options)
       : layout(compile(options)),
-        J(layout),
+        J(layout, options.precision),
         normal(layout),
         r(Eigen::VectorXd::Zero(layout.residuals())) {
     std::mt19937_64 random(options.seed + 1000);
-    const auto fill = [&](auto& blocks, int size, double spread) {
+    const auto scale_of = [&](int size, double spread) {
       Eigen::VectorXd scale(size);
       for (double& s : scale) s = std::pow(10.0, spread * uniform(random));
-      for (std::size_t i = 0; i < blocks.size(); ++i) {
-        blocks[i] = uniform(random) * scale[static_cast<Eigen::Index>(i) % size];
+      return scale;
+    };
+    const auto fill = [&](linalg::Side side, double spread) {
+      const Eigen::VectorXd scale = scale_of(layout.block_size(side), spread);
+      for (std::int64_t i = 0; i < layout.residuals(); ++i) {
+        for (int k = 0; k < scale.size(); ++k) {
+          J.set(side, i / layout.row_size, static_cast<int>(i % layout.row_size), k,
+                uniform(random) * scale[k]);
+        }
       }
     };
-    fill(J.hub_blocks, layout.hub_size, options.hub_column_spread);
-    fill(J.leaf_blocks, layout.leaf_size, options.leaf_column_spread);
-    fill(J.anchor_blocks, layout.hub_size, 0);
+    fill(linalg::Side::hubs, options.hub_column_spread);
+    fill(linalg::Side::leaves, options.leaf_column_spread);
+    for (double& z : J.anchor_blocks) z = uniform(random);
     for (double& x : r) x = uniform(random);
     update_dense();
     D = Eigen::VectorXd::Zero(layout.unknowns());
@@ -77,32 +116,29 @@ class BlockSystem {
   /// Writes the block values into the dense matrix; needed after changing them by hand.
   void update_dense() {
     dense = Eigen::MatrixXd::Zero(layout.residuals(), layout.unknowns());
-    const auto block = [](const auto& blocks, Eigen::Index at, Eigen::Index rows,
-                          Eigen::Index columns) {
-      return Eigen::Map<const RowMajor>(blocks.data() + at * rows * columns, rows, columns);
-    };
     const Eigen::Index R = layout.row_size, K = layout.hub_size, E = layout.leaf_size;
     for (std::size_t i = 0; i < row_hub.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       const Eigen::Index leaf = row_leaf[i];
-      const RowMajor J_leaf = block(J.leaf_blocks, row, R, E);
+      const Eigen::MatrixXd J_leaf = row_block(J, linalg::Side::leaves, row);
       dense.block(R * row, layout.hubs * K + leaf * E, R, E) = J_leaf;
-      dense.block(R * row, row_hub[i] * K, R, K) += block(J.hub_blocks, row, R, K);
+      dense.block(R * row, row_hub[i] * K, R, K) += row_block(J, linalg::Side::hubs, row);
       if (!layout.anchored()) continue;
       const linalg::Anchorage& anchorage = layout.anchorage;
       const std::int64_t end = anchorage.begin[linalg::index(leaf + 1)];
       for (std::int64_t k = anchorage.begin[linalg::index(leaf)]; k < end; ++k) {
         const std::int64_t coupling = anchorage.coupling[linalg::index(k)];
         const Eigen::Index hub = layout.hub_side.block[linalg::index(coupling)];
-        dense.block(R * row, hub * K, R, K) += J_leaf * block(J.anchor_blocks, k, E, K);
+        dense.block(R * row, hub * K, R, K) += 
+            J_leaf * Eigen::Map<const RowMajor>(J.anchor_blocks.data() + k * E * K, E, K);
       }
     }
   }
 
   /// The normal equations and all a reduced system asks for.
   linalg::Linearization linearization(linalg::ThreadPool& pool) {
-    normal.form(J, r.data(), pool);
-    return {&J, &normal, r.data()};
+    form(normal, J, r.data(), pool);
+    return {&J, &normal};
   }
 
   /// J^T J + diag(D), J^T r.
@@ -226,12 +262,20 @@ inline std::vector<BlockSystemOptions> typical_systems() {
     list.push_back({.seed = 6, .hub_size = hub_size, .hubs = 12, .rows_per_leaf = 9});
   }
   list.push_back({.seed = 7, .row_size = 3, .hub_size = 6, .hubs = 7, .duplicates = 3});
+  // A leaf with more rows than a tile has.
+  list.push_back({.seed = 8, .hubs = 90, .leaves = 8, .rows_per_leaf = 80, .duplicates = 70});
+  const std::size_t doubles = list.size();
+  for (std::size_t i = 0; i < doubles; ++i) {
+    list.push_back(list[i]);
+    list.back().precision = linalg::Precision::single_precision;
+  }
   return list;
 }
 
 inline std::string name(const BlockSystemOptions& options) {
   return "Rows" + std::to_string(options.row_size) + "Hub" + std::to_string(options.hub_size) +
-         "Seed" + std::to_string(options.seed);
+         "Seed" + std::to_string(options.seed) +
+         (options.precision == linalg::Precision::single_precision ? "Singles" : "");
 }
 
 /// Systems with anchored leaves.

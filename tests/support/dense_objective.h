@@ -10,6 +10,8 @@
 
 #include <Eigen/Core>
 
+#include <raybundle/tests/support/block_system.h>
+
 namespace raybundle::test {
 
 /// An Objective at the state of a problem, with its Jacobian as a dense matrix.
@@ -24,8 +26,9 @@ class DenseObjective {
         objective_(problem, formulation, pool_, loss),
         state_(objective_.state_of(problem)),
         J_(objective_.layout()),
+        normal_(objective_.layout()),
         residual_(objective_.layout().residuals()) {
-    cost_ = objective_.linearize(state_, residual_.data(), J_);
+    cost_ = objective_.linearize(state_, J_, normal_, residual_.data());
   }
   DenseObjective(const DenseObjective&) = delete;
   DenseObjective& operator=(const DenseObjective&) = delete;
@@ -34,6 +37,15 @@ class DenseObjective {
   linalg::ThreadPool& pool() { return pool_; }
   const State& state() const { return state_; }
   const linalg::BlockJacobian& blocks() const { return J_; }
+  /// Whether all rows are the same to the last bit.
+  bool same_rows(const DenseObjective& other) const {
+    for (std::int64_t row = 0; row < J_.layout().rows; ++row) {
+      for (const linalg::Side side : {linalg::Side::hubs, linalg::Side::leaves}) {
+        if (row_block(J_, side, row) != row_block(other.J_, side, row)) return false;
+      }
+    }
+    return true;
+  }
   Eigen::Index hubs() const { return objective_.layout().hubs; }
   Eigen::Index hub_size() const { return objective_.layout().hub_size; }
   double cost() const { return cost_; }  ///< as linearize() gave it
@@ -48,7 +60,8 @@ class DenseObjective {
   Eigen::VectorXd residual_after(const Eigen::VectorXd& step) {
     linalg::BlockJacobian unused(objective_.layout());
     Eigen::VectorXd r(residual_.size());
-    objective_.linearize(after(step), r.data(), unused);
+    linalg::NormalEquations normal(objective_.layout());
+    objective_.linearize(after(step), unused, normal, r.data());
     return r;
   }
 
@@ -58,14 +71,9 @@ class DenseObjective {
     using linalg::index;
     const linalg::BlockLayout& layout = objective_.layout();
     Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(layout.residuals(), layout.unknowns());
-    const auto place = [&](const auto& blocks, std::int64_t block, std::int64_t row,
-                           std::int64_t column, int size) {
-      for (int i = 0; i < layout.row_size; ++i) {
-        for (int k = 0; k < size; ++k) {
-          dense(row * layout.row_size + i, column + k) =
-              blocks[index((block * layout.row_size + i) * size + k)];
-        }
-      }
+    const auto place = [&](linalg::Side side, std::int64_t row, std::int64_t column) {
+      dense.block(row * layout.row_size, column, layout.row_size, layout.block_size(side)) =
+          row_block(J_, side, row);
     };
     for (std::int64_t c = 0; c < layout.couplings; ++c) {
       const std::int64_t hub = std::int64_t{layout.hub_side.block[index(c)]} * layout.hub_size;
@@ -75,8 +83,8 @@ class DenseObjective {
       const std::int64_t first = repeats ? layout.coupling_rows[index(c)] : c;
       const std::int64_t last = repeats ? layout.coupling_rows[index(c + 1)] : c + 1;
       for (std::int64_t row = first; row < last; ++row) {
-        place(J_.hub_blocks, row, row, hub, layout.hub_size);
-        place(J_.leaf_blocks, row, row, leaf, layout.leaf_size);
+        place(linalg::Side::hubs, row, hub);
+        place(linalg::Side::leaves, row, leaf);
       }
     }
     if (layout.anchored()) add_anchors(dense);
@@ -106,6 +114,7 @@ class DenseObjective {
   Objective objective_;
   State state_;
   linalg::BlockJacobian J_;
+  linalg::NormalEquations normal_;
   Eigen::VectorXd residual_;
   double cost_ = 0;
 };
