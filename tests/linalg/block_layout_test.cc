@@ -1,5 +1,6 @@
 #include <raybundle/linalg/block_layout.h>
 
+#include <array>
 #include <cstdint>
 #include <set>
 #include <stdexcept>
@@ -121,14 +122,17 @@ TEST(BlockLayout, NoRowsAtAll) {
 }
 
 TEST(KernelTable, RefusesShapesNobodyCompiled) {
-  for (const bool anchored : {false, true}) {
-    EXPECT_THROW(block_kernels(anchored, 2, 7, 3), std::invalid_argument);
-    EXPECT_THROW(block_kernels(anchored, 3, 9, 3), std::invalid_argument);
-    EXPECT_THROW(block_kernels(anchored, 2, 9, 4), std::invalid_argument);
-    EXPECT_THROW(elimination_kernels(anchored, 2, 9, 9), std::invalid_argument);
-    EXPECT_THROW(elimination_kernels(anchored, 1, 9, 3), std::invalid_argument);
+  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    for (const bool anchored : {false, true}) {
+      for (const auto [row, hub, leaf] : {std::array{2, 7, 3}, {3, 9, 3}, {2, 9, 4}, {1, 9, 3}}) {
+        const KernelShape shape = {precision, anchored, row, hub, leaf};
+        EXPECT_THROW(block_kernels(shape), std::invalid_argument);
+        EXPECT_THROW(elimination_kernels(shape, true), std::invalid_argument);
+        EXPECT_THROW(elimination_kernels(shape, false), std::invalid_argument);
+      }
+    }
+    EXPECT_THROW(elimination_kernels({precision, true, 2, 9, 3}, false), std::invalid_argument);
   }
-  EXPECT_THROW(elimination_kernels(true, 2, 3, 9), std::invalid_argument);
 }
 
 }  // namespace

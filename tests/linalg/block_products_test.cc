@@ -102,7 +102,7 @@ TEST_P(BlockProducts, NormalEquations) {
 }
 
 TEST_P(BlockProducts, DiagonalIsClampedOnBothEnds) {
-  form(normal, system_.J, system_.r.data(), pool_);
+  form(system_.normal, system_.J, system_.r.data(), pool_);
   const VectorXd exact = system_.dense.colwise().squaredNorm();
   VectorXd d(system_.layout.unknowns());
   system_.normal.diagonal(0.0, 1e300, d.data());

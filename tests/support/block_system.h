@@ -263,7 +263,7 @@ inline std::vector<BlockSystemOptions> typical_systems() {
   }
   list.push_back({.seed = 7, .row_size = 3, .hub_size = 6, .hubs = 7, .duplicates = 3});
   // A leaf with more rows than a tile has.
-  list.push_back({.seed = 8, .hubs = 90, .leaves = 8, .rows_per_leaf = 80, .duplicates = 70});
+  list.push_back({.seed = 8, .hubs = 67, .leaves = 3, .rows_per_leaf = 66, .duplicates = 9});
   const std::size_t doubles = list.size();
   for (std::size_t i = 0; i < doubles; ++i) {
     list.push_back(list[i]);
