@@ -34,7 +34,7 @@ double BlockJacobian::memory(const BlockLayout& layout, Precision precision) {
 
 std::int64_t BlockJacobian::place(Side side, std::int64_t row, int r, int k) const {
   const int rows = layout_->row_size, columns = layout_->block_size(side);
-  return row * rows * columns + (is_narrow(columns) ? k * rows + r : r * columns + k);
+  return row * rows * columns + (in_pairs(rows) ? k * rows + r : r * columns + k);
 }
 
 double BlockJacobian::at(Side side, std::int64_t row, int r, int k) const {

@@ -41,7 +41,7 @@ class BlockJacobian {
 
   const BlockLayout* layout_;  // outlives this
   Precision precision_ = Precision::double_precision;
-  LargeVector<std::byte> hub_blocks_;   // rows x (row_size x hub_size); see is_narrow()
+  LargeVector<std::byte> hub_blocks_;   // rows x (row_size x hub_size); see in_pairs()
   LargeVector<std::byte> leaf_blocks_;  // rows x (row_size x leaf_size)
 };
 

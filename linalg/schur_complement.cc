@@ -125,13 +125,36 @@ void SchurComplement::apply(const double* x, double* y) {
 }
 
 void SchurComplement::apply_to_hubs(const double* x, double* y) {
+  const int size = layout_.hub_size;
+  const int spread = in_pairs(layout_.row_size) ? 2 : 1;
+  const std::int64_t stride = operand_size(layout_.row_size, size);
+  operand_.resize(index(layout_.hubs * stride));
+  for_hubs([&](std::int64_t hub, int i) {
+    for (int k = 0; k < spread; ++k) {
+      operand_[index(hub * stride + i * spread + k)] = x[hub * size + i];
+    }
+  });
   const double* sums = product_sums_.form(
-      layout_, layout_.hub_size, pool_,
+      layout_, stride, pool_,
       [&](std::int64_t first, std::int64_t last, std::int64_t piece, double* part) {
-        kernels().multiply(view(), x, first, last, scratch(piece), part);
+        kernels().multiply(view(), operand_.data(), first, last, scratch(piece), part);
       });
   const double* d = damping(kept_);
-  for_entries(size(), pool_, [&](std::size_t i) { y[i] = d[i] * x[i] + sums[i]; });
+  for_hubs([&](std::int64_t hub, int i) {
+    const double* sum = sums + hub * stride + i * spread;
+    const std::int64_t at = hub * size + i;
+    y[at] = d[at] * x[at] + std::accumulate(sum, sum + spread, 0.0);
+  });
+}
+
+// Calls update(hub, number of its unknown), in parallel.
+template <class Update>
+void SchurComplement::for_hubs(Update&& update) {
+  parallel_for(pool_, layout_.hubs, 1024, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t hub = first; hub < last; ++hub) {
+      for (int i = 0; i < layout_.hub_size; ++i) update(hub, i);
+    }
+  });
 }
 
 void SchurComplement::apply_to_leaves(const double* x, double* y) {

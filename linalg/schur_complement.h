@@ -40,6 +40,8 @@ class SchurComplement final : public ReducedSystem {
   void factor();
   void factor_deficient(const std::vector<std::int64_t>& blocks);
   void apply_to_hubs(const double* x, double* y);
+  template <class Update>
+  void for_hubs(Update&& update);
   void apply_to_leaves(const double* x, double* y);
   double* scratch(std::int64_t piece) { return scratch_.data() + piece * most_residuals_; }
   void reduced_diagonal_of_hubs(double* A, double* v);
@@ -57,6 +59,7 @@ class SchurComplement final : public ReducedSystem {
   LargeVector<double> M_;            // block by block
   LargeVector<double> q_;            // block by block
   LargeVector<double> W_;            // coupling by coupling; of anchored leaves, for assemble()
+  LargeVector<double> operand_;      // x of apply_to_hubs(), spread
   LargeVector<double> rows_;         // scratch of apply_to_leaves(), one number per residual
   HubSums product_sums_;             // of apply_to_hubs()
   HubSums diagonal_sums_;            // of reduced_diagonal_of_hubs()

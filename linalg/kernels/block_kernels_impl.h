@@ -43,10 +43,11 @@ struct Blocks {
     for (Index b = first; b < last; ++b) {
       double felt[E];
       for (int i = 0; i < E; ++i) felt[i] = x_leaf[b * E + i];
-      if constexpr (anchored) add_anchored<K, E>(J.anchors, b, J.hubs.block, x_hub, felt);
-      const auto of_leaf = Row<E>::load(felt);
+      const auto x_of = [&](Index hub) { return Row<K>::load(x_hub + hub * K); };
+      if constexpr (anchored) add_anchored<K, E>(J.anchors, b, J.hubs.block, x_of, felt);
+      const auto of_leaf = OfLeaf::spread(Row<E>::load(felt));
       for_rows(J.leaves, b, [&](Index row, Index c) {
-        const auto x = Row<K>::load(x_hub + Index{J.hubs.block[c]} * K);
+        const auto x = OfHub::spread(x_of(J.hubs.block[c]));
         Row<R> u = OfHub::of(J.J_hub, row).times(x);
         u.add(1, OfLeaf::of(J.J_leaf, row).times(of_leaf));
         visit(row, u);
@@ -71,11 +72,11 @@ struct Blocks {
   static void transpose_multiply_hubs(const JacobianView& J, const double* u, const double* w,
                                       Index first, Index last, double* y) {
     for (Index b = first; b < last; ++b) {
-      typename OfHub::Sums sums;
+      typename OfHub::Operand sums = {};
       for_blocks_ahead<OfHub>(J.hubs, b, J.J_hub, [&](const OfHub& block, Index row, Index) {
-        sums.add(block, Row<R>::load(u + row * R));
+        block.add_transposed(Row<R>::load(u + row * R), sums);
       });
-      Row<K> sum = sums.total();
+      Row<K> sum = OfHub::collect(sums);
       if constexpr (anchored) {
         for_couplings(J.hubs, b, [&](Index c) {
           const Index k = J.anchors.of_coupling[c];
@@ -89,11 +90,11 @@ struct Blocks {
   static void transpose_multiply_leaves(const JacobianView& J, const double* u, Index first,
                                         Index last, double* y) {
     for (Index b = first; b < last; ++b) {
-      typename OfLeaf::Sums sums;
+      typename OfLeaf::Operand sums = {};
       for_blocks_ahead<OfLeaf>(J.leaves, b, J.J_leaf, [&](const OfLeaf& block, Index row, Index) {
-        sums.add(block, Row<R>::load(u + row * R));
+        block.add_transposed(Row<R>::load(u + row * R), sums);
       });
-      sums.total().store(y + b * E);
+      OfLeaf::collect(sums).store(y + b * E);
     }
   }
 
@@ -135,18 +136,23 @@ struct Blocks {
                                                 Index row, double* of_hub, Row<E>* block,
                                                 Row<E>& gradient) {
     const Index at = (row - tile.first) * R;
-    const OfHub hub = OfHub::of(J.J_hub, row);
-    const OfLeaf leaf = OfLeaf::of(J.J_leaf, row);
-    hub.store(tile.J_hub + at * K);
-    leaf.store(tile.J_leaf + at * E);
+    Row<K> hub[R];
+    Row<E> leaf[R];
     auto diagonal = Row<K>::load(of_hub), own = Row<K>::load(of_hub + K);
     for (int k = 0; k < R; ++k) {
       const double r = tile.residual[at + k];
-      add_square<E>(leaf.residual(k), block);
-      gradient.add(r, Row<E>::load(tile.J_leaf + (at + k) * E));
-      const auto stored = hub.residual(k);
-      diagonal.add_products(stored, stored);
-      own.add(r, Row<K>::load(tile.J_hub + (at + k) * K));
+      hub[k] = Row<K>::load(tile.J_hub + (at + k) * K);
+      leaf[k] = Row<E>::load(tile.J_leaf + (at + k) * E);
+      own.add(r, hub[k]);
+      gradient.add(r, leaf[k]);
+    }
+    OfHub::of(J.J_hub, row).store(hub);
+    OfLeaf::of(J.J_leaf, row).store(leaf);
+    OfHub::of(J.J_hub, row).residuals(hub);
+    OfLeaf::of(J.J_leaf, row).residuals(leaf);
+    for (int k = 0; k < R; ++k) {
+      diagonal.add_products(hub[k], hub[k]);
+      add_square<E>(leaf[k], block);
     }
     diagonal.store(of_hub);
     own.store(of_hub + K);
@@ -157,10 +163,12 @@ struct Blocks {
   [[gnu::always_inline]] static void anchor_product(const JacobianView& J, Index k, const double* C,
                                                     Row<K>* F) {
     for_rows_of(J.leaves, J.anchors.coupling[k], [&](Index row) {
+      Row<K> of_hub[R];
+      Row<E> of_leaf[R];
+      OfHub::of(J.J_hub, row).residuals(of_hub);
+      OfLeaf::of(J.J_leaf, row).residuals(of_leaf);
       for (int i = 0; i < R; ++i) {
-        const auto of_hub = OfHub::of(J.J_hub, row).residual(i);
-        const auto of_leaf = OfLeaf::of(J.J_leaf, row).residual(i);
-        for (int j = 0; j < E; ++j) F[j].add(of_leaf[j], of_hub);
+        for (int j = 0; j < E; ++j) F[j].add(of_leaf[i][j], of_hub[i]);
       }
     });
     for (int m = 0; m < E; ++m) {
@@ -193,7 +201,9 @@ struct Blocks {
     for (Index b = first; b < last; ++b) {
       Row<K> block[K] = {};
       for_blocks_ahead<OfHub>(J.hubs, b, J.J_hub, [&](const OfHub& row, Index, Index) {
-        for (int k = 0; k < R; ++k) add_square<K>(row.residual(k), block);
+        Row<K> residuals[R];
+        row.residuals(residuals);
+        for (int k = 0; k < R; ++k) add_square<K>(residuals[k], block);
       });
       if constexpr (anchored) {
         for_couplings(J.hubs, b, [&](Index c) {

@@ -42,18 +42,23 @@ struct Triangle {
   }
 };
 
-// M x and M^T x of one eliminated block.
+// t = M^T w and s = M t of one eliminated block. Plain loops: for three numbers vectors do not pay.
 template <int E>
-[[gnu::always_inline]] inline Row<E> times_factor(const double* M, const Row<E>& x) {
-  double y[E];
-  for (int i = 0; i < E; ++i) y[i] = dot(Row<E>::load(M + i * E), x);
-  return Row<E>::load(y);
+[[gnu::always_inline]] inline void times_factor_transposed(const double* M, const double* w,
+                                                           double* t) {
+  for (int i = 0; i < E; ++i) {
+    t[i] = 0;
+    for (int k = 0; k < E; ++k) t[i] += M[k * E + i] * w[k];
+  }
 }
 template <int E>
-[[gnu::always_inline]] inline Row<E> times_factor_transposed(const double* M, const Row<E>& x) {
-  Row<E> y = {};
-  for (int i = 0; i < E; ++i) y.add(x[i], Row<E>::load(M + i * E));
-  return y;
+[[gnu::always_inline]] inline void solve_factored(const double* M, const double* w, double* s) {
+  double t[E];
+  times_factor_transposed<E>(M, w, t);
+  for (int i = 0; i < E; ++i) {
+    s[i] = 0;
+    for (int k = 0; k < E; ++k) s[i] += M[i * E + k] * t[k];
+  }
 }
 
 // What two couplings of an eliminated block, or twice the same, add to the reduced matrix: from the
@@ -76,19 +81,20 @@ struct CouplingProducts<T, R, K, E, false> {
   // v -= J_k^T J_e q.
   [[gnu::always_inline]] static void reduce(const EliminationView& view, Index e, Index c,
                                             Row<K>& v) {
-    const auto q = Row<E>::load(view.q + e * E);
+    const auto q = OfEliminated::spread(view.q + e * E);
+    typename OfKept::Operand sum = {};
     for_rows_of(view.kept, c, [&](Index row) {
-      Row<R> u = {};
-      u.add(-1, OfEliminated::of(view.J_eliminated, row).times(q));
-      OfKept::of(view.J_kept, row).add_transposed(u, v);
+      const Row<R> u = OfEliminated::of(view.J_eliminated, row).times(q);
+      OfKept::of(view.J_kept, row).add_transposed(u, sum);
     });
+    v.add(-1, OfKept::collect(sum));
   }
 
   // One row of the left coupling: J_k, and N J_e^T with N = M M^T, by residual.
   struct Left {
     Index row;
     double J[R * K];
-    Row<E> NJ[R];
+    typename OfEliminated::Operand NJ[R];
   };
   template <class Visit>
   [[gnu::always_inline]] static void for_lefts(const EliminationView& view, Index e, Index c,
@@ -97,12 +103,16 @@ struct CouplingProducts<T, R, K, E, false> {
     for_rows_of(view.kept, c, [&](Index row) {
       Left left;
       left.row = row;
-      const OfKept kept = OfKept::of(view.J_kept, row);
-      const OfEliminated eliminated = OfEliminated::of(view.J_eliminated, row);
+      Row<K> kept[R];
+      Row<E> eliminated[R];
+      OfKept::of(view.J_kept, row).residuals(kept);
+      OfEliminated::of(view.J_eliminated, row).residuals(eliminated);
       for (int r = 0; r < R; ++r) {
-        kept.residual(r).store(left.J + r * K);
-        left.NJ[r] =
-            times_factor<E>(M, times_factor_transposed<E>(M, eliminated.residual(r)));
+        kept[r].store(left.J + r * K);
+        double J_e[E], NJ[E];
+        eliminated[r].store(J_e);
+        solve_factored<E>(M, J_e, NJ);
+        left.NJ[r] = OfEliminated::spread(NJ);
       }
       visit(left);
     });
@@ -113,13 +123,13 @@ struct CouplingProducts<T, R, K, E, false> {
   [[gnu::always_inline]] static void add(const EliminationView& view, Index /*e*/, const Left& left,
                                          Index other, const Target& A) {
     for_rows_of(view.kept, other, [&](Index row) {
-      const OfKept kept = OfKept::of(view.J_kept, row);
+      Row<K> kept[R], right[R] = {};
+      OfKept::of(view.J_kept, row).residuals(kept);
       const OfEliminated eliminated = OfEliminated::of(view.J_eliminated, row);
-      Row<K> right[R] = {};
       for (int r = 0; r < R; ++r) {
-        if (same && row == left.row) right[r] = kept.residual(r);
+        if (same && row == left.row) right[r] = kept[r];
         const Row<R> JNJ = eliminated.times(left.NJ[r]);
-        for (int s = 0; s < R; ++s) right[r].add(-JNJ[s], kept.residual(s));
+        for (int s = 0; s < R; ++s) right[r].add(-JNJ[s], kept[s]);
       }
       A.template add<R>(left.J, right);
     });
@@ -139,11 +149,15 @@ struct CouplingProducts<T, R, K, E, true> {
     const double* D = view.D + e * E;
     Row<K> sums[E] = {};
     for_rows_of(view.kept, c, [&](Index row) {
-      const OfKept kept = OfKept::of(view.J_kept, row);
-      const OfEliminated eliminated = OfEliminated::of(view.J_eliminated, row);
+      Row<K> kept[R];
+      Row<E> eliminated[R];
+      OfKept::of(view.J_kept, row).residuals(kept);
+      OfEliminated::of(view.J_eliminated, row).residuals(eliminated);
       for (int k = 0; k < R; ++k) {
-        const Row<E> U = times_factor_transposed<E>(M, eliminated.residual(k));
-        for (int i = 0; i < E; ++i) sums[i].add(U[i], kept.residual(k));
+        double J_e[E], U[E];
+        eliminated[k].store(J_e);
+        times_factor_transposed<E>(M, J_e, U);
+        for (int i = 0; i < E; ++i) sums[i].add(U[i], kept[k]);
       }
     });
     const Index anchor = view.anchors.of_coupling[c];
@@ -191,13 +205,10 @@ struct CouplingProducts<T, R, K, E, true> {
                                          Index other, const Target& A) {
     if constexpr (same) {
       for_rows_of(view.kept, other, [&](Index row) {
-        const OfKept kept = OfKept::of(view.J_kept, row);
         double J[R * K];
         Row<K> right[R];
-        for (int r = 0; r < R; ++r) {
-          right[r] = kept.residual(r);
-          right[r].store(J + r * K);
-        }
+        OfKept::of(view.J_kept, row).residuals(right);
+        for (int r = 0; r < R; ++r) right[r].store(J + r * K);
         A.template add<R>(J, right);
       });
     }

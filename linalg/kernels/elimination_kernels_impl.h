@@ -55,17 +55,10 @@ struct Eliminate {
     return failures;
   }
 
-  // M M^T w.
-  [[gnu::always_inline]] static Row<E> solve(const EliminationView& view, Index e,
-                                             const Row<E>& w) {
-    const double* M = view.M + e * E * E;
-    return times_factor<E>(M, times_factor_transposed<E>(M, w));
-  }
-
   static void solve_own(const EliminationView& view, const double* g_eliminated, Index first,
                         Index last) {
     for (Index e = first; e < last; ++e) {
-      solve(view, e, Row<E>::load(g_eliminated + e * E)).store(view.q + e * E);
+      solve_factored<E>(view.M + e * E * E, g_eliminated + e * E, view.q + e * E);
     }
   }
 
@@ -92,41 +85,44 @@ struct Eliminate {
     }
   }
 
-  // J_e^T u of one eliminated block, with u = J_k x in its rows.
-  template <class Store>
-  [[gnu::always_inline]] static Row<E> feel(const EliminationView& view, const double* x_kept,
-                                            Index e, Store&& store) {
-    typename OfEliminated::Sums sums;
+  // w = J_e^T u of one eliminated block, with u = J_k x in its rows and x_of(kept block) as operand.
+  template <class X, class Store>
+  [[gnu::always_inline]] static void feel(const EliminationView& view, X&& x_of, Index e, double* w,
+                                          Store&& store) {
+    typename OfEliminated::Operand sums = {};
     for_rows(view.eliminated, e, [&](Index row, Index c) {
       const OfKept kept = OfKept::of(view.J_kept, row);
       const OfEliminated eliminated = OfEliminated::of(view.J_eliminated, row);
       prefetch_ahead(kept);
       prefetch_ahead(eliminated);
-      const Row<R> u = kept.times(Row<K>::load(x_kept + Index{view.kept.block[c]} * K));
-      sums.add(eliminated, u);
+      const Row<R> u = kept.times(x_of(Index{view.kept.block[c]}));
+      eliminated.add_transposed(u, sums);
       store(row, u);
     });
-    return sums.total();
+    OfEliminated::collect(sums, w);
   }
 
-  // u - J_e s in one row.
+  // u - J_e s in one row, with -s as operand.
   [[gnu::always_inline]] static Row<R> less(Row<R> u, const EliminationView& view, Index row,
-                                            const Row<E>& s) {
-    u.add(-1, OfEliminated::of(view.J_eliminated, row).times(s));
+                                            const typename OfEliminated::Operand& minus_s) {
+    u.add(1, OfEliminated::of(view.J_eliminated, row).times(minus_s));
     return u;
+  }
+  [[gnu::always_inline]] static typename OfEliminated::Operand minus(const double* s) {
+    double x[E];
+    for (int i = 0; i < E; ++i) x[i] = -s[i];
+    return OfEliminated::spread(x);
   }
 
   // z = Z x of an anchored leaf, whose damping makes w = J_e^T u less by D z.
-  [[gnu::always_inline]] static Row<E> hold(const EliminationView& view, Index e,
-                                            const double* x_kept, Row<E>& w) {
-    double z[E] = {};
+  template <class X>
+  [[gnu::always_inline]] static void hold(const EliminationView& view, Index e, X&& x_of,
+                                          double* w, double* z) {
+    clear<E>(z);
     if constexpr (anchored) {
-      add_anchored<K, E>(view.anchors, e, view.kept.block, x_kept, z);
-      double held[E];
-      for (int i = 0; i < E; ++i) held[i] = view.D[e * E + i] * z[i];
-      w.add(-1, Row<E>::load(held));
+      add_anchored<K, E>(view.anchors, e, view.kept.block, x_of, z);
+      for (int i = 0; i < E; ++i) w[i] -= view.D[e * E + i] * z[i];
     }
-    return Row<E>::load(z);
   }
 
   // Puts the parts of u = J_k x side by side, for a second walk over the rows of the same block.
@@ -140,28 +136,39 @@ struct Eliminate {
 
   static void project(const EliminationView& view, const double* x_kept, Index first, Index last,
                       double* u) {
+    const auto x_of = [&](Index k) { return OfKept::spread(Row<K>::load(x_kept + k * K)); };
+    const auto store = [&](Index row, const Row<R>& of_row) { of_row.store(u + row * R); };
     for (Index e = first; e < last; ++e) {
-      const Row<E> s = solve(view, e, feel(view, x_kept, e, [&](Index row, const Row<R>& of_row) {
-                               of_row.store(u + row * R);
-                             }));
+      double w[E], s[E];
+      feel(view, x_of, e, w, store);
+      solve_factored<E>(view.M + e * E * E, w, s);
+      const auto minus_s = minus(s);
       for_rows(view.eliminated, e, [&](Index row, Index) {
-        less(Row<R>::load(u + row * R), view, row, s).store(u + row * R);
+        less(Row<R>::load(u + row * R), view, row, minus_s).store(u + row * R);
       });
     }
   }
 
-  static void multiply(const EliminationView& view, const double* x_kept, Index first, Index last,
+  // Of its own copy of the view: what is stored could otherwise change it, as far as a compiler
+  // knows.
+  static void multiply(const EliminationView& given, const double* x, Index first, Index last,
                        double* u, double* y) {
+    using Operand = typename OfKept::Operand;
+    constexpr Index stride = OfKept::operand;
+    const EliminationView view = given;
+    const auto x_of = [&](Index k) { return Operand::load(x + k * stride); };
     for (Index e = first; e < last; ++e) {
-      Row<E> w = feel(view, x_kept, e, Aside{u});
-      const Row<E> z = hold(view, e, x_kept, w);
-      const Row<E> s = solve(view, e, w);
+      double w[E], z[E], s[E];
+      feel(view, x_of, e, w, Aside{u});
+      hold(view, e, [&](Index k) { return plain(x_of(k)); }, w, z);
+      solve_factored<E>(view.M + e * E * E, w, s);
+      const auto minus_s = minus(s);
       const double* of_row = u;
       for_rows(view.eliminated, e, [&](Index row, Index c) {
-        double* y_kept = y + Index{view.kept.block[c]} * K;
-        auto sum = Row<K>::load(y_kept);
-        OfKept::of(view.J_kept, row)
-            .add_transposed(less(Row<R>::load(of_row), view, row, s), sum);
+        double* y_kept = y + Index{view.kept.block[c]} * stride;
+        auto sum = Operand::load(y_kept);
+        const Row<R> rest = less(Row<R>::load(of_row), view, row, minus_s);
+        OfKept::of(view.J_kept, row).add_transposed(rest, sum);
         sum.store(y_kept);
         of_row += R;
       });
@@ -169,35 +176,55 @@ struct Eliminate {
     }
   }
 
+  // Of an operand that is read, and one that is written.
+  [[gnu::always_inline]] static Row<K> plain(const typename OfKept::Operand& x) {
+    if constexpr (in_pairs(R)) {
+      return deinterleave<0>(x);
+    } else {
+      return x;
+    }
+  }
+  [[gnu::always_inline]] static void add_plain(const Row<K>& x, double* y) {
+    using Operand = typename OfKept::Operand;
+    auto sum = Operand::load(y);
+    if constexpr (in_pairs(R)) {
+      sum.add(1, interleave(x, Row<K>{}));
+    } else {
+      sum.add(1, x);
+    }
+    sum.store(y);
+  }
+
   // y += Z^T D (z + s).
-  [[gnu::always_inline]] static void add_held(const EliminationView& view, Index e, Row<E> s,
-                                              const Row<E>& z, double* y) {
-    s.add(1, z);
+  [[gnu::always_inline]] static void add_held(const EliminationView& view, Index e,
+                                              const double* s, const double* z, double* y) {
     double w[E];
-    for (int i = 0; i < E; ++i) w[i] = view.D[e * E + i] * s[i];
+    for (int i = 0; i < E; ++i) w[i] = view.D[e * E + i] * (z[i] + s[i]);
     for (Index k = view.anchors.begin[e]; k < view.anchors.begin[e + 1]; ++k) {
-      double* y_kept = y + Index{view.kept.block[view.anchors.coupling[k]]} * K;
-      auto sum = Row<K>::load(y_kept);
+      Row<K> sum = {};
       add_anchor_transposed<K, E>(view.anchors, k, w, sum);
-      sum.store(y_kept);
+      add_plain(sum, y + Index{view.kept.block[view.anchors.coupling[k]]} * OfKept::operand);
     }
   }
 
   static double back_substitute(const EliminationView& view, const double* x_kept, Index first,
                                 Index last, double* u, double* x_eliminated) {
+    const auto plain_x = [&](Index k) { return Row<K>::load(x_kept + k * K); };
+    const auto x_of = [&](Index k) { return OfKept::spread(plain_x(k)); };
     Row<R> squares = {};
     for (Index e = first; e < last; ++e) {
-      Row<E> w = feel(view, x_kept, e, Aside{u});
-      const Row<E> z = hold(view, e, x_kept, w);
-      Row<E> s = solve(view, e, w);
-      s.add(1, Row<E>::load(view.q + e * E));
-      Row<E> x = {};
-      x.add(-1, s);
-      x.add(-1, z);
-      x.store(x_eliminated + e * E);
+      double w[E], z[E], s[E];
+      feel(view, x_of, e, w, Aside{u});
+      hold(view, e, plain_x, w, z);
+      solve_factored<E>(view.M + e * E * E, w, s);
+      for (int i = 0; i < E; ++i) {
+        s[i] += view.q[e * E + i];
+        x_eliminated[e * E + i] = -s[i] - z[i];
+      }
+      const auto minus_s = minus(s);
       const double* of_row = u;  // -J_e s: of anchored leaves what their rows feel
       for_rows(view.eliminated, e, [&](Index row, Index) {
-        const Row<R> moved = less(Row<R>::load(of_row), view, row, s);
+        const Row<R> moved = less(Row<R>::load(of_row), view, row, minus_s);
         squares.add_products(moved, moved);
         of_row += R;
       });
@@ -267,12 +294,12 @@ struct Eliminate {
   static void coupling_block(const EliminationView& view, Index c, double* block, Index stride) {
     Row<E> product[K] = {};
     for_rows_of(view.kept, c, [&](Index row) {
-      const OfKept kept = OfKept::of(view.J_kept, row);
-      const OfEliminated eliminated = OfEliminated::of(view.J_eliminated, row);
+      Row<K> kept[R];
+      Row<E> eliminated[R];
+      OfKept::of(view.J_kept, row).residuals(kept);
+      OfEliminated::of(view.J_eliminated, row).residuals(eliminated);
       for (int k = 0; k < R; ++k) {
-        const Row<K> of_kept = kept.residual(k);
-        const Row<E> of_eliminated = eliminated.residual(k);
-        for (int i = 0; i < K; ++i) product[i].add(of_kept[i], of_eliminated);
+        for (int i = 0; i < K; ++i) product[i].add(kept[k][i], eliminated[k]);
       }
     });
     for (int i = 0; i < K; ++i) product[i].store(block + i * stride);

@@ -20,8 +20,14 @@
 ///   v = J_k^T r - (J_k^T J_e - Z^T D_e) q.
 namespace raybundle::linalg {
 
-/// Blocks of so few unknowns are stored unknown by unknown, others residual by residual.
-constexpr bool is_narrow(int unknowns) { return unknowns <= 3; }
+/// Whether the block of a row is stored unknown by unknown instead of residual by residual. Vectors
+/// that products read and write are then spread likewise, two numbers for one: x_i twice, and y_i
+/// as the sum of two.
+constexpr bool in_pairs(int row_size) { return row_size == 2; }
+/// Numbers of one block in such a vector, which begin where a cache line does.
+constexpr int operand_size(int row_size, int unknowns) {
+  return in_pairs(row_size) ? (2 * unknowns + 7) / 8 * 8 : unknowns;
+}
 
 /// Sparsity from one side; see Incidence and BlockLayout. A null list or position is the identity,
 /// null rows mean that coupling c is row c.
@@ -41,7 +47,7 @@ struct AnchorView {
   const double* Z;
 };
 
-/// The blocks of a Jacobian, row by row, of the numbers that the kernels are for; see is_narrow().
+/// The blocks of a Jacobian, row by row, of the numbers that the kernels are for; see in_pairs().
 struct JacobianView {
   SideView hubs;
   SideView leaves;
@@ -147,9 +153,9 @@ struct EliminationKernels {
   /// u = P J_k x of the rows of eliminated [first, last); not for anchored leaves.
   void (*project)(const EliminationView& view, const double* x_kept, std::int64_t first,
                   std::int64_t last, double* u);
-  /// y += (A - D_k) x as far as it is by the rows of eliminated [first, last), all kept blocks. `u`
-  /// is scratch for the residuals of one of them.
-  void (*multiply)(const EliminationView& view, const double* x_kept, std::int64_t first,
+  /// y += (A - D_k) x as far as it is by the rows of eliminated [first, last), all kept blocks: x
+  /// and y as operands, see in_pairs(). `u` is scratch for the residuals of one of them.
+  void (*multiply)(const EliminationView& view, const double* x, std::int64_t first,
                    std::int64_t last, double* u, double* y);
   /// x_e = -(q + M M^T J_e^T J_k x_k), with anchors -(q + M M^T (J_e^T J_k - D Z) x_k) - Z x_k, for
   /// eliminated [first, last); returns |J x|^2 of their rows. `u` as above.

@@ -4,6 +4,10 @@
 
 #pragma once
 
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
+
 namespace raybundle::linalg::RAYBUNDLE_ISA {
 namespace {
 
@@ -25,6 +29,25 @@ inline Vector load_vector(const float* x) {
   __builtin_memcpy(&v, x, sizeof(v));
   return __builtin_convertvector(v, Vector);
 }
+// GCC 12 converts in pieces of two and four where one instruction would do.
+#ifdef __SSE2__
+template <>
+inline Vector2 load_vector<Vector2>(const float* x) {
+  return _mm_cvtps_pd(_mm_castpd_ps(_mm_load_sd(reinterpret_cast<const double*>(x))));
+}
+#endif
+#ifdef __AVX__
+template <>
+inline Vector4 load_vector<Vector4>(const float* x) {
+  return _mm256_cvtps_pd(_mm_loadu_ps(x));
+}
+#endif
+#ifdef __AVX512F__
+template <>
+inline Vector8 load_vector<Vector8>(const float* x) {
+  return _mm512_cvtps_pd(_mm256_loadu_ps(x));
+}
+#endif
 template <class Vector>
 inline void store_vector(Vector v, double* x) {
   __builtin_memcpy(x, &v, sizeof(v));
@@ -42,6 +65,26 @@ inline Vector2 fold(Vector4 v) {
 inline Vector4 fold(Vector8 v) {
   return __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
 }
+
+// u in all pairs of lanes.
+template <class Vector>
+inline Vector repeat(Vector2 u) {
+  if constexpr (sizeof(Vector) == sizeof(Vector8)) {
+#ifdef __AVX512DQ__
+    return _mm512_broadcast_f64x2(u);  // GCC 12 goes through memory otherwise
+#else
+    return __builtin_shufflevector(u, u, 0, 1, 0, 1, 0, 1, 0, 1);
+#endif
+  } else if constexpr (sizeof(Vector) == sizeof(Vector4)) {
+    return __builtin_shufflevector(u, u, 0, 1, 0, 1);
+  } else {
+    return u;
+  }
+}
+// The sum over all pairs of lanes.
+inline Vector2 sum_pairs(Vector2 v) { return v; }
+inline Vector2 sum_pairs(Vector4 v) { return fold(v); }
+inline Vector2 sum_pairs(Vector8 v) { return fold(fold(v)); }
 
 inline double sum(Vector2 v) { return v[0] + v[1]; }
 inline double sum(Vector4 v) { return sum(fold(v)); }
@@ -70,6 +113,7 @@ struct Row<0> {
   void store(T* /*x*/) const {}
   void add(double /*a*/, const Row& /*x*/) {}
   void add_products(const Row& /*x*/, const Row& /*y*/) {}
+  void add_repeated(const Row& /*x*/, Vector2 /*u*/) {}
   double sum() const { return 0; }
   double operator[](int /*i*/) const { return 0; }
 };
@@ -131,6 +175,11 @@ struct Row {
     head += x.head * y.head;
     tail.add_products(x.tail, y.tail);
   }
+  /// The same of pairs of numbers, with u_0 and u_1 in turn for y.
+  void add_repeated(const Row& x, Vector2 u) {
+    head += x.head * repeat<Head>(u);
+    tail.add_repeated(x.tail, u);
+  }
   double sum() const { return RAYBUNDLE_ISA::sum(head) + tail.sum(); }
   double operator[](int i) const { return i < width ? head[i] : tail[i - width]; }
 };
@@ -140,6 +189,18 @@ template <int N>
   Row<N> products = {};
   products.add_products(x, y);
   return products.sum();
+}
+
+// The sum of a_i b_i over all pairs of numbers, starting with `sum`.
+template <int N, class Vector>
+[[gnu::always_inline]] inline Vector2 pair_dot(const Row<N>& a, const Row<N>& b, Vector sum) {
+  if constexpr (N == 0) {
+    return sum_pairs(sum);
+  } else if constexpr (sizeof(a.head) == sizeof(Vector)) {
+    return pair_dot(a.tail, b.tail, sum + a.head * b.head);
+  } else {
+    return pair_dot(a, b, fold(sum));
+  }
 }
 
 // The first W of N numbers, which make a vector or are all.
@@ -181,5 +242,46 @@ template <int R, int N, class T>
     return {two_dots<N>(A, A + N, x), product<R - 2, N>(A + 2 * N, x)};
   }
 }
+
+// From two rows of N to N pairs and back: a_0 b_0 a_1 b_1 ...
+template <int N>
+[[gnu::always_inline]] inline Row<2 * N> interleave(const Row<N>& a, const Row<N>& b) {
+  if constexpr (N == 1) {
+    return {Vector2{a.value, b.value}, {}};
+  } else if constexpr (N == 2) {
+    return {__builtin_shufflevector(a.head, b.head, 0, 2, 1, 3), {}};
+  } else if constexpr (N == 3) {
+    return {interleave<2>({a.head, {}}, {b.head, {}}).head, interleave(a.tail, b.tail)};
+  } else if constexpr (N == 6) {
+    return {__builtin_shufflevector(a.head, b.head, 0, 4, 1, 5, 2, 6, 3, 7),
+            interleave(a.tail, b.tail)};
+  } else {
+    static_assert(N == 9);
+    return {__builtin_shufflevector(a.head, b.head, 0, 8, 1, 9, 2, 10, 3, 11),
+            {__builtin_shufflevector(a.head, b.head, 4, 12, 5, 13, 6, 14, 7, 15),
+             interleave(a.tail, b.tail)}};
+  }
+}
+
+// Of N pairs the first (at = 0) or the second numbers (1).
+template <int at, int N>
+[[gnu::always_inline]] inline Row<N / 2> deinterleave(const Row<N>& x) {
+  if constexpr (N == 2) {
+    return {x.head[at]};
+  } else if constexpr (N == 4) {
+    return {__builtin_shufflevector(x.head, x.head, at, at + 2), {}};
+  } else if constexpr (N == 6) {
+    return {deinterleave<at, 4>({x.head, {}}).head, deinterleave<at>(x.tail)};
+  } else if constexpr (N == 12) {
+    return {__builtin_shufflevector(x.head, x.head, at, at + 2, at + 4, at + 6),
+            deinterleave<at>(x.tail)};
+  } else {
+    static_assert(N == 18);
+    return {__builtin_shufflevector(x.head, x.tail.head, at, at + 2, at + 4, at + 6, at + 8,
+                                    at + 10, at + 12, at + 14),
+            deinterleave<at>(x.tail.tail)};
+  }
+}
+
 }  // namespace
 }  // namespace raybundle::linalg::RAYBUNDLE_ISA

@@ -64,7 +64,7 @@ template <class Visit>
 template <class Block, class Visit>
 [[gnu::always_inline]] inline void for_blocks_ahead(const SideView& side, Index b, const void* J,
                                                     Visit&& visit) {
-  constexpr int bytes = Block::size * static_cast<int>(sizeof(*Block{}.values));
+  constexpr int bytes = Block::size * static_cast<int>(sizeof(*Block::of(J, 0).values));
   for (Index p = side.begin[b]; p < side.begin[b + 1]; ++p) {
     const Index ahead = coupling_ahead(side, b, p);
     if (ahead >= 0) prefetch<bytes>(Block::of(J, row_begin(side, ahead)).values);
@@ -74,13 +74,13 @@ template <class Block, class Visit>
   }
 }
 
-// z += Z x over the anchors of a leaf; `hub_of` tells the hub of a coupling.
-template <int K, int E>
+// z += Z x over the anchors of a leaf; `hub_of` tells the hub of a coupling, x_of_hub(hub) its x.
+template <int K, int E, class X>
 [[gnu::always_inline]] inline void add_anchored(const AnchorView& anchors, Index leaf,
-                                                const std::int32_t* hub_of, const double* x_hub,
+                                                const std::int32_t* hub_of, X&& x_of_hub,
                                                 double* z) {
   for (Index k = anchors.begin[leaf]; k < anchors.begin[leaf + 1]; ++k) {
-    const auto x = Row<K>::load(x_hub + Index{hub_of[anchors.coupling[k]]} * K);
+    const Row<K> x = x_of_hub(Index{hub_of[anchors.coupling[k]]});
     for (int i = 0; i < E; ++i) z[i] += dot(Row<K>::load(anchors.Z + (k * E + i) * K), x);
   }
 }
