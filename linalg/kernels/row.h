@@ -45,7 +45,7 @@ inline Vector4 load_vector<Vector4>(const float* x) {
 #ifdef __AVX512F__
 template <>
 inline Vector8 load_vector<Vector8>(const float* x) {
-  return _mm512_cvtps_pd(_mm256_loadu_ps(x));
+  return _mm512_maskz_cvtps_pd(0xff, _mm256_loadu_ps(x));
 }
 #endif
 template <class Vector>
@@ -71,7 +71,7 @@ template <class Vector>
 inline Vector repeat(Vector2 u) {
   if constexpr (sizeof(Vector) == sizeof(Vector8)) {
 #ifdef __AVX512DQ__
-    return _mm512_broadcast_f64x2(u);  // GCC 12 goes through memory otherwise
+    return _mm512_maskz_broadcast_f64x2(0xff, u);  // GCC 12 goes through memory otherwise
 #else
     return __builtin_shufflevector(u, u, 0, 1, 0, 1, 0, 1, 0, 1);
 #endif
