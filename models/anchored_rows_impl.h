@@ -67,7 +67,7 @@ struct AnchoredRows {
     const CameraFrame& observer = in.cameras[in.row_camera[row]];
     double D[3], X_c[3];
     ray(point, in.cameras[in.anchors[in.row_point[row]].main], observer, D, X_c);
-    Measure<sensor>::residual(observer, X_c, in.observed + R * row, residual);
+    Measure<sensor, double>::residual(observer.lens, observer.aspect, X_c, in.observed + R * row, residual);
   }
 
   static double cost(const ResidualInput& in, Index first, Index last) {
@@ -75,7 +75,7 @@ struct AnchoredRows {
     for_rows(in, first, last, [&](Index row, const AnchoredPoint& point) {
       double r[R];
       residual_of(in, row, point, r);
-      sum += squares(r, R);
+      sum += squares<R>(r);
     });
     return 0.5 * sum;
   }
@@ -105,7 +105,7 @@ struct AnchoredRows {
     const double s = own ? point.inverse_distance : point.s;
     double D[3], X_c[3], A[3 * R], L[6], offset[3];
     ray(point, main, observer, D, X_c);
-    Measure<sensor>::residual(observer, X_c, in.observed + R * row, out.residual + R * row, A, L);
+    Measure<sensor, double>::residual(observer.lens, observer.aspect, X_c, in.observed + R * row, out.residual + R * row, A, L);
     for (int i = 0; i < 3; ++i) offset[i] = main.P[i] - observer.P[i];
     for (int i = 0; i < R; ++i) {
       double b[3], by_centre[3], by_turn[3];
@@ -153,7 +153,7 @@ struct AnchoredRows {
       }
       for (; row < last && in.row_point[row] == at; ++row) {
         linearize_row<Update>(in, out, row, in.cameras[anchors.main], point);
-        sum += squares(out.residual + R * row, R);
+        sum += squares<R>(out.residual + R * row);
       }
     }
     return 0.5 * sum;

@@ -8,13 +8,13 @@
 /// instruction set and chosen when the program starts.
 namespace raybundle {
 
-/// A camera as the kernels want it.
-struct CameraFrame {
+/// A camera as the kernels want it: what all of them read fills two lines of the cache.
+struct alignas(64) CameraFrame {
   double R_cw[9];  ///< row-major
   double t_cw[3];
   double lens[3];  ///< f, k1, k2
-  double J_r[9];   ///< right Jacobian of the rotation vector; used by PoseUpdate::global
   double aspect;   ///< f_y / f_x
+  double J_r[9];   ///< right Jacobian of the rotation vector; used by PoseUpdate::global
   double P[3];     ///< the centre; used by anchored points
 };
 
