@@ -39,15 +39,11 @@ template <bool with_J_r, bool with_P>
   if constexpr (with_P) load_columns<3>(P, out.P);
 }
 
-// Calls visit(row, done) for vectors of rows that cover [first, last): the rows from `row` on, of
-// which the first `done` were in the vector before or come before `first`. Rows before `first`
-// must exist where the range is shorter than a vector.
-template <class Visit>
-[[gnu::always_inline]] inline void for_vectors(Index first, Index last, Visit&& visit) {
-  for (Index row = first; row < last; row += lanes) {
-    const Index at = row + lanes <= last ? row : last - lanes;
-    visit(at, row - at);
-  }
+// A range [first, last) is gone through in vectors from rows first, first + lanes, ... on; the last
+// one begins early and does some rows again, or before `first`. Such rows must exist, and what is
+// written for them is what they have anyway.
+[[gnu::always_inline]] inline Index vector_at(Index row, Index last) {
+  return row + lanes <= last ? row : last - lanes;
 }
 
 // A range that is shorter than a vector, as the last rows of a vector whose other lanes repeat the

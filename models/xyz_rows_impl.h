@@ -34,16 +34,17 @@ struct XyzRows {
     }
   };
 
-  // Rows before `first` are read (for_vectors).
+  // Rows before `first` are read (vector_at).
   static double vectors_cost(const ResidualInput& in, Index first, Index last) {
     Lanes total = {};
-    for_vectors(first, last, [&](Index row, Index done) {
+    for (Index row = first; row < last; row += lanes) {
+      const Index begin = vector_at(row, last);
       Observed at;
       Lanes r[R];
-      at.template load<false>(in, row);
+      at.template load<false>(in, begin);
       at.residual(r);
-      total += from_lane(done, squares<R>(r));
-    });
+      total += from_lane(row - begin, squares<R>(r));
+    }
     return 0.5 * sum(total);
   }
 
@@ -56,13 +57,14 @@ struct XyzRows {
   // Rows before `first` are written too.
   static void vectors_residuals(const ResidualInput& in, double* residual, Index first,
                                 Index last) {
-    for_vectors(first, last, [&](Index row, Index /*done*/) {
+    for (Index row = first; row < last; row += lanes) {
+      const Index begin = vector_at(row, last);
       Observed at;
       Lanes r[R];
-      at.template load<false>(in, row);
+      at.template load<false>(in, begin);
       at.residual(r);
-      store_rows<R>(r, residual + R * row);
-    });
+      store_rows<R>(r, residual + R * begin);
+    }
   }
 
   static void residuals(const ResidualInput& in, double* residual, Index first, Index last) {
@@ -98,12 +100,13 @@ struct XyzRows {
                                   Index last) {
     constexpr int hub_size = camera_unknowns(sensor);
     Lanes total = {};
-    for_vectors(first, last, [&](Index row, Index done) {
+    for (Index row = first; row < last; row += lanes) {
+      const Index begin = vector_at(row, last);
       Observed at;
       Lanes r[R], A[3 * R], L[6], J_leaf[3 * R], J_hub[R * hub_size];
-      at.template load<Update == PoseUpdate::global>(in, row);
+      at.template load<Update == PoseUpdate::global>(in, begin);
       at.residual(r, A, L);
-      total += from_lane(done, squares<R>(r));
+      total += from_lane(row - begin, squares<R>(r));
       for (int i = 0; i < R; ++i) {
         row_times_matrix(A + 3 * i, at.camera.R_cw(), J_leaf + 3 * i);  // [Qu18, Eq. 3.37]
         pose_row<Update>(at, A + 3 * i, J_leaf + 3 * i, J_hub + hub_size * i);
@@ -111,10 +114,10 @@ struct XyzRows {
           for (int k = 0; k < 3; ++k) J_hub[hub_size * i + 6 + k] = L[3 * i + k];
         }
       }
-      store_rows<R>(r, out.residual + R * row);
-      store_rows<3 * R>(J_leaf, out.J_leaf + 3 * R * row);
-      store_rows<R * hub_size>(J_hub, out.J_hub + R * hub_size * row);
-    });
+      store_rows<R>(r, out.residual + R * begin);
+      store_rows<3 * R>(J_leaf, out.J_leaf + 3 * R * begin);
+      store_rows<R * hub_size>(J_hub, out.J_hub + R * hub_size * begin);
+    }
     return 0.5 * sum(total);
   }
 
