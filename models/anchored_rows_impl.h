@@ -139,40 +139,42 @@ struct AnchoredRows {
   using Observed = ObservedAnchored<sensor>;
   static constexpr int hub_size = camera_unknowns(sensor);
 
-  // Calls vectors(in, points, out, first, last) for pieces of the range, and use as prepare() does.
-  template <bool derivatives, class Use, class Vectors>
-  static double in_pieces(const ResidualInput& in, const ResidualOutput& out, Index first,
-                          Index last, Use&& use, Vectors&& vectors) {
+  // Calls piece(points, first, last) for pieces of the range, and use as prepare() does; returns
+  // the sum over pieces.
+  template <bool derivatives, class Use, class Piece>
+  static double in_pieces(const ResidualInput& in, Index first, Index last, Use&& use,
+                          Piece&& piece) {
     PointsOfRows points;
-    double total = 0;
+    double sum = 0;
     while (first < last) {
       const Index end = PointsOfRows::end_of(first, last);
       points.template prepare<derivatives>(in, first, end, use);
-      total += in_vectors<sensor>(in, out, first, end,
-                                  [&](const auto& of, const auto& to, Index i, Index to_row) {
-                                    return vectors(of, points, to, i, to_row);
-                                  });
+      sum += piece(points, first, end);
       first = end;
     }
-    return total;
+    return sum;
   }
 
   static double cost(const ResidualInput& in, Index first, Index last) {
+    const auto piece = [&](const PointsOfRows& points, Index row, Index row_end) {
+      return in_vectors<sensor>(in, row, row_end, [&](const auto& rows, Index begin, Index end) {
+        return vectors_cost<Observed>(rows, points, begin, end);
+      });
+    };
     return in_pieces<false>(
-        in, {}, first, last, [](Index, const AnchorEffect*) {},
-        [](const auto& of, const auto& points, const auto&, Index i, Index end) {
-          return vectors_cost<Observed>(of, points, i, end);
-        });
+        in, first, last, [](Index, const AnchorEffect*) {}, piece);
   }
 
   static void residuals(const ResidualInput& in, double* residual, Index first, Index last) {
+    const ResidualOutput out = {residual - Observed::R * first, nullptr, nullptr, nullptr};
+    const auto piece = [&](const PointsOfRows& points, Index row, Index row_end) {
+      return in_vectors<sensor>(in, out, row, row_end,
+                                [&](const auto& rows, const auto& to, Index begin, Index end) {
+                                  return vectors_residuals<Observed>(rows, points, to, begin, end);
+                                });
+    };
     in_pieces<false>(
-        in, {residual - Observed::R * first, nullptr, nullptr, nullptr}, first, last,
-        [](Index, const AnchorEffect*) {},
-        [](const auto& of, const auto& points, const auto& out, Index i, Index end) {
-          vectors_residuals<Observed>(of, points, out.residual, i, end);
-          return 0.0;
-        });
+        in, first, last, [](Index, const AnchorEffect*) {}, piece);
   }
 
   template <PoseUpdate Update>
@@ -194,11 +196,13 @@ struct AnchoredRows {
       if (anchors.associate < 0) return;
       write_effect<Update>(in.cameras[anchors.associate], effect[1], Z + 3 * hub_size);
     };
-    return in_pieces<true>(
-        in, out, first, last, write_effects,
-        [](const auto& of, const auto& points, const auto& to, Index i, Index end) {
-          return vectors_linearize<Observed, Update>(of, points, to, i, end);
-        });
+    const auto piece = [&](const PointsOfRows& points, Index row, Index row_end) {
+      return in_vectors<sensor>(
+          in, out, row, row_end, [&](const auto& rows, const auto& to, Index begin, Index end) {
+            return vectors_linearize<Observed, Update>(rows, points, to, begin, end);
+          });
+    };
+    return in_pieces<true>(in, first, last, write_effects, piece);
   }
 };
 

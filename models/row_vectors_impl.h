@@ -51,58 +51,75 @@ template <class Observed, class... Derivatives>
                                              at.observed, r, A_and_L...);
 }
 
-// A range that is shorter than a vector, as the last rows of a vector whose other lanes repeat the
-// first one: by the same code, so that a row has the same bits wherever it stands.
+// What a range that is shorter than a vector reads, as the last rows of a vector whose other lanes
+// repeat the first one: by the same code, so that a row has the same bits wherever it stands.
 template <Sensor sensor>
-struct ShortRange {
+struct ShortInput {
   static constexpr int R = residual_size(sensor);
-  static constexpr int hub_size = camera_unknowns(sensor);
 
-  ShortRange(const ResidualInput& in, Index first, Index last) : rows(last - first) {
+  ShortInput(const ResidualInput& in, Index first, Index last) : begin(lanes - (last - first)) {
     for (Index i = 0; i < lanes; ++i) {
-      const Index row = i < begin() ? first : last - lanes + i;
+      const Index row = i < begin ? first : last - lanes + i;
       row_camera[i] = in.row_camera[row];
       row_point[i] = in.row_point[row];
       for (int k = 0; k < R; ++k) observed[R * i + k] = in.observed[R * row + k];
     }
   }
-  Index begin() const { return lanes - rows; }
   ResidualInput input(ResidualInput in) const {
     in.row_camera = row_camera;
     in.row_point = row_point;
     in.observed = observed;
     return in;
   }
+
+  Index begin;  // the first of its rows
+  std::int32_t row_camera[lanes], row_point[lanes];
+  double observed[R * lanes];
+};
+
+// What it writes, to be copied to where it belongs; that of null is left out.
+template <Sensor sensor>
+struct ShortOutput {
+  static constexpr int R = residual_size(sensor);
+  static constexpr int hub_size = camera_unknowns(sensor);
+
   ResidualOutput output() { return {residual, J_hub, J_leaf, nullptr}; }
-  void copy(const ResidualOutput& out, Index first) const {
-    copy_rows<R>(residual, out.residual, first);
-    copy_rows<R * hub_size>(J_hub, out.J_hub, first);
-    copy_rows<R * 3>(J_leaf, out.J_leaf, first);
+  void copy(Index begin, const ResidualOutput& out, Index first) const {
+    copy_rows<R>(residual, begin, out.residual, first);
+    copy_rows<R * hub_size>(J_hub, begin, out.J_hub, first);
+    copy_rows<R * 3>(J_leaf, begin, out.J_leaf, first);
   }
 
  private:
   template <int numbers>
-  void copy_rows(const double* from, double* to, Index first) const {
+  static void copy_rows(const double* from, Index begin, double* to, Index first) {
     if (to == nullptr) return;
-    __builtin_memcpy(to + numbers * first, from + numbers * begin(),
-                     sizeof(double) * static_cast<std::size_t>(numbers * rows));
+    __builtin_memcpy(to + numbers * first, from + numbers * begin,
+                     sizeof(double) * static_cast<std::size_t>(numbers * (lanes - begin)));
   }
 
-  Index rows;
-  std::int32_t row_camera[lanes], row_point[lanes];
-  double observed[R * lanes];
   double residual[R * lanes], J_hub[R * hub_size * lanes], J_leaf[R * 3 * lanes];
 };
 
-// Calls vectors(in, out, first, last) for a range; what is null in `out` is left out.
+// Calls vectors(in, first, last) for a range.
 template <Sensor sensor, class Vectors>
-inline double in_vectors(const ResidualInput& in, const ResidualOutput& out, Index first,
-                         Index last, Vectors&& vectors) {
+[[gnu::always_inline]] inline double in_vectors(const ResidualInput& in, Index first, Index last,
+                                                Vectors&& vectors) {
+  if (last - first >= lanes) return vectors(in, first, last);
+  const ShortInput<sensor> range(in, first, last);
+  return vectors(range.input(in), range.begin, Index{lanes});
+}
+
+// Calls vectors(in, out, first, last) for a range.
+template <Sensor sensor, class Vectors>
+[[gnu::always_inline]] inline double in_vectors(const ResidualInput& in, const ResidualOutput& out,
+                                                Index first, Index last, Vectors&& vectors) {
   if (last - first >= lanes) return vectors(in, out, first, last);
-  ShortRange<sensor> range(in, first, last);
-  const double total = vectors(range.input(in), range.output(), range.begin(), lanes);
-  range.copy(out, first);
-  return total;
+  const ShortInput<sensor> range(in, first, last);
+  ShortOutput<sensor> written;
+  const double cost = vectors(range.input(in), written.output(), range.begin, Index{lanes});
+  written.copy(range.begin, out, first);
+  return cost;
 }
 
 // A range [first, last) is gone through in vectors from rows first, first + lanes, ... on; the last
@@ -130,8 +147,8 @@ template <class Observed, class Points>
 }
 
 template <class Observed, class Points>
-[[gnu::noinline]] void vectors_residuals(const ResidualInput& in, const Points& points,
-                                         double* residual, Index first, Index last) {
+[[gnu::noinline]] double vectors_residuals(const ResidualInput& in, const Points& points,
+                                           const ResidualOutput& out, Index first, Index last) {
   constexpr int R = Observed::R;
   for (Index row = first; row < last; row += lanes) {
     const Index begin = vector_at(row, last);
@@ -139,8 +156,9 @@ template <class Observed, class Points>
     Lanes r[R];
     at.template load<false, false>(in, points, begin - first, begin);
     measure(at, r);
-    store_rows<R>(r, residual + R * begin);
+    store_rows<R>(r, out.residual + R * begin);
   }
+  return 0;
 }
 
 template <class Observed, PoseUpdate Update, class Points>

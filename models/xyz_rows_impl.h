@@ -56,17 +56,16 @@ struct XyzRows {
   using Observed = ObservedXyz<sensor>;
 
   static double cost(const ResidualInput& in, Index first, Index last) {
-    return in_vectors<sensor>(in, {}, first, last,
-                              [](const auto& of, const auto&, Index i, Index end) {
-                                return vectors_cost<Observed>(of, NoPoints{}, i, end);
-                              });
+    return in_vectors<sensor>(in, first, last, [](const auto& rows, Index begin, Index end) {
+      return vectors_cost<Observed>(rows, NoPoints{}, begin, end);
+    });
   }
 
   static void residuals(const ResidualInput& in, double* residual, Index first, Index last) {
-    in_vectors<sensor>(in, {residual - Observed::R * first, nullptr, nullptr, nullptr}, first, last,
-                       [](const auto& of, const auto& out, Index i, Index end) {
-                         vectors_residuals<Observed>(of, NoPoints{}, out.residual, i, end);
-                         return 0.0;
+    const ResidualOutput out = {residual - Observed::R * first, nullptr, nullptr, nullptr};
+    in_vectors<sensor>(in, out, first, last,
+                       [](const auto& rows, const auto& to, Index begin, Index end) {
+                         return vectors_residuals<Observed>(rows, NoPoints{}, to, begin, end);
                        });
   }
 
@@ -74,8 +73,8 @@ struct XyzRows {
   static double linearize(const ResidualInput& in, const ResidualOutput& out, Index first,
                           Index last) {
     return in_vectors<sensor>(
-        in, out, first, last, [](const auto& of, const auto& to, Index i, Index end) {
-          return vectors_linearize<Observed, Update>(of, NoPoints{}, to, i, end);
+        in, out, first, last, [](const auto& rows, const auto& to, Index begin, Index end) {
+          return vectors_linearize<Observed, Update>(rows, NoPoints{}, to, begin, end);
         });
   }
 };
