@@ -52,12 +52,12 @@ double product_flops(const Sizes& s) {
 
 }  // namespace
 
-// Flops of models/xyz_rows_impl.h with a BAL lens: 18 to camera coordinates, 43 for the lens and
+// Flops of models/xyz_rows_impl.h with a BAL lens: 18 to camera coordinates, 42 for the lens and
 // its derivatives, 9 for the residual and the aspect, 4 for the cost, 2 x 15 for J_leaf and 2 x 9
 // for the rotation (the derivative by the translation is J_leaf).
 Work linearize_work(const Workload& w) {
   const Sizes s = sizes(w);
-  return {observation_bytes(s) + s.rows * (s.J_hub + s.J_leaf + s.r), s.rows * 122};
+  return {observation_bytes(s) + s.rows * (s.J_hub + s.J_leaf + s.r), s.rows * 121};
 }
 
 // 18 to camera coordinates, 13 for the lens, 3 for the residual, 4 for the cost.
