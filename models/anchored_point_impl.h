@@ -15,20 +15,26 @@
 
 #pragma once
 
-#include <raybundle/models/sensor_impl.h>
+#include <raybundle/models/row_vectors_impl.h>
 
 namespace raybundle::RAYBUNDLE_ISA {
 namespace {
 
-struct AnchoredPoint {
+// The point as a camera sees it: what the rows of one point share, in the order that rows in lanes
+// load it.
+struct alignas(64) SeenPoint {
   double G[3];
   double s;
-  double w[3];
+  double P_m[3];
   // The rest are derivatives.
   double s_first;       // of s, by the first unknown (inverse distance or theta)
   double G_leaf[3][3];  // of G, by each unknown
-  double w_leaf[2][3];  // of w, by the unknowns of the direction
-  double inverse_distance;
+};
+
+// As all but its main anchor see it, and as that one does: G = w and D = w, since P_m - P_i is 0
+// there; s is what its derivatives by the centre want, the inverse distance.
+struct AnchoredPoint {
+  SeenPoint others, main;
 };
 
 // The step of a point that is worth a step of an anchor: by centre and by turn (Exp(turn) R_wc) of
@@ -132,18 +138,25 @@ inline void prepare(const ResidualInput& in, Index index, AnchoredPoint& point,
   const CameraFrame& main = in.cameras[anchors.main];
   const double* stored = in.points + index * stored_size(in.model);
   const double first = stored[stored_size(in.model) - 1];
-  double* w = point.w;
-  double(*w_leaf)[3] = point.w_leaf;
+  double* w = point.main.G;
+  double(*w_leaf)[3] = point.main.G_leaf + 1;
+  point.main.s = 0;
+  for (int i = 0; i < 3; ++i) point.main.P_m[i] = point.others.P_m[i] = main.P[i];
+  if constexpr (derivatives) {
+    point.main.s_first = 0;
+    for (double& x : point.main.G_leaf[0]) x = 0;
+  }
+  SeenPoint& others = point.others;
   direction<derivatives>(in.model, main, stored, w, w_leaf);
   if (anchors.associate < 0) {  // G = w and s = the inverse distance
-    for (int i = 0; i < 3; ++i) point.G[i] = w[i];
-    point.s = first;
+    for (int i = 0; i < 3; ++i) others.G[i] = w[i];
+    others.s = first;
     if constexpr (derivatives) {
-      point.s_first = 1;
-      point.inverse_distance = first;
+      others.s_first = 1;
+      point.main.s = first;
       for (int i = 0; i < 3; ++i) {
-        point.G_leaf[0][i] = 0;
-        for (int j = 0; j < 2; ++j) point.G_leaf[1 + j][i] = w_leaf[j][i];
+        others.G_leaf[0][i] = 0;
+        for (int j = 0; j < 2; ++j) others.G_leaf[1 + j][i] = w_leaf[j][i];
       }
       main_effect(in.model, w, w_leaf, first, effect[0]);
       for (int i = 0; i < 3; ++i) effect[0].by_centre[0][i] = -first * first * w[i];
@@ -151,20 +164,20 @@ inline void prepare(const ResidualInput& in, Index index, AnchoredPoint& point,
     return;
   }
   const Parallax at(first, w, main.P, in.cameras[anchors.associate].P);
-  for (int i = 0; i < 3; ++i) point.G[i] = at.k * w[i];
-  point.s = at.sine;
+  for (int i = 0; i < 3; ++i) others.G[i] = at.k * w[i];
+  others.s = at.sine;
   if constexpr (derivatives) {
     const double k_theta = at.k_theta();
-    point.s_first = at.cosine;
-    for (int i = 0; i < 3; ++i) point.G_leaf[0][i] = k_theta * w[i];
+    others.s_first = at.cosine;
+    for (int i = 0; i < 3; ++i) others.G_leaf[0][i] = k_theta * w[i];
     for (int j = 0; j < 2; ++j) {
       const double along = k_theta * dot(at.q, w_leaf[j]);
-      for (int i = 0; i < 3; ++i) point.G_leaf[1 + j][i] = along * w[i] + at.k * w_leaf[j][i];
+      for (int i = 0; i < 3; ++i) others.G_leaf[1 + j][i] = along * w[i] + at.k * w_leaf[j][i];
     }
     // In the very centre of an anchor: as if a small part of the baseline away.
     const double least = 1e-7 * at.baseline;
     const double to_main = bounded_ratio(at.sine, at.k, least);
-    point.inverse_distance = to_main;
+    point.main.s = to_main;
     const double to_associate = bounded_ratio(at.sine, at.sigma, least);
     main_effect(in.model, w, w_leaf, to_main, effect[0]);
     effect[1] = {};

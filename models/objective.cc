@@ -219,10 +219,12 @@ double Objective::robust_cost(const ResidualInput& in, std::int64_t first,
 
 // The rows of a tile, weighted by the loss, and their cost.
 double Objective::evaluate(const ResidualInput& in, const linalg::RowTile& tile, double* Z) const {
-  const ResidualOutput out = {tile.residual, tile.J_hub, tile.J_leaf, Z};
+  const int size = layout_.row_size;
+  const std::int64_t before = size * tile.first;  // kernels count rows from the very first
+  const ResidualOutput out = {tile.residual - before, tile.J_hub - before * layout_.hub_size,
+                              tile.J_leaf - before * layout_.leaf_size, Z};
   const double plain = kernels_.linearize(in, out, tile.first, tile.last);
   if (loss_.kind == Loss::none) return plain;
-  const int size = layout_.row_size;
   std::array<double, index(3 * linalg::tile_rows)> factor;
   const double sum =
       robust_weights(loss_, tile.residual, tile.last - tile.first, size, factor.data());

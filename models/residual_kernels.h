@@ -8,13 +8,13 @@
 /// instruction set and chosen when the program starts.
 namespace raybundle {
 
-/// A camera as the kernels want it.
-struct CameraFrame {
+/// A camera as the kernels want it: what all of them read fills two lines of the cache.
+struct alignas(64) CameraFrame {
   double R_cw[9];  ///< row-major
   double t_cw[3];
   double lens[3];  ///< f, k1, k2
-  double J_r[9];   ///< right Jacobian of the rotation vector; used by PoseUpdate::global
   double aspect;   ///< f_y / f_x
+  double J_r[9];   ///< right Jacobian of the rotation vector; used by PoseUpdate::global
   double P[3];     ///< the centre; used by anchored points
 };
 
@@ -33,10 +33,9 @@ struct ResidualInput {
                      ///< of its associate; null for xyz
 };
 
-/// What linearisation writes: row by row, from the first of the range on, the residual (2 or 3
-/// numbers), J_hub (9 columns: rotation, translation, lens, or 6 without lens) and J_leaf (3
-/// columns), and of points whose first row is in the range Z: what a step of an anchor is worth in
-/// steps of the point (3 x 9 or 3 x 6 each).
+/// What linearisation writes: row by row the residual (2 or 3 numbers), J_hub (9 columns: rotation,
+/// translation, lens, or 6 without lens) and J_leaf (3 columns), and of points whose first row is
+/// in the range Z: what a step of an anchor is worth in steps of the point (3 x 9 or 3 x 6 each).
 struct ResidualOutput {
   double* residual;
   double* J_hub;

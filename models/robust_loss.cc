@@ -1,9 +1,10 @@
 #include <raybundle/models/robust_loss.h>
 
+#include <raybundle/models/error.h>
+
+#include <algorithm>
 #include <cmath>
 #include <string>
-
-#include <raybundle/models/error.h>
 
 // Each loss is written such that neither a tiny nor a huge s loses digits or overflows on the way.
 namespace raybundle {
@@ -96,29 +97,52 @@ auto with_function(const RobustLoss& loss, const Use& use) {
   return use(None(loss.scale));
 }
 
-/// sum rho over all rows; `keep(component, value)` gets what applies to each component.
+/// sum rho over all rows; `keep(first row, count, weights)` gets what applies to whole rows. Some
+/// rows at a time go through loops that do one thing each, so that the compiler can do several rows
+/// at once.
 template <class Keep>
 double sum(const RobustLoss& loss, const double* residual, std::int64_t rows, int size,
            const Keep& keep) {
   return with_function(loss, [&](const auto& function) {
+    constexpr std::int64_t most = 64;
+    double s[most], rho[most], weight[most];
     double total = 0;
-    if (loss.scope == LossScope::component) {
-      for (std::int64_t i = 0; i < size * rows; ++i) {
-        const LossValue value = guarded(function, residual[i] * residual[i]);
-        total += value.rho;
-        keep(i, value.weight);
+    for (std::int64_t first = 0; first < rows; first += most) {
+      const std::int64_t count = std::min(most, rows - first);
+      const double* r = residual + size * first;
+      for (std::int64_t i = 0; i < count; ++i) s[i] = r[size * i] * r[size * i];
+      for (int k = 1; k < size; ++k) {
+        for (std::int64_t i = 0; i < count; ++i) s[i] += r[size * i + k] * r[size * i + k];
       }
-      return total;
-    }
-    for (std::int64_t i = 0; i < size * rows; i += size) {
-      double squares = 0;
-      for (int k = 0; k < size; ++k) squares += residual[i + k] * residual[i + k];
-      const LossValue value = guarded(function, squares);
-      total += value.rho;
-      for (int k = 0; k < size; ++k) keep(i + k, value.weight);
+      for (std::int64_t i = 0; i < count; ++i) {
+        const LossValue value = guarded(function, s[i]);
+        rho[i] = value.rho;
+        weight[i] = value.weight;
+      }
+      for (std::int64_t i = 0; i < count; ++i) total += rho[i];
+      keep(first, count, weight);
     }
     return total;
   });
+}
+
+/// Residuals as the loss takes them: of several components, or each by itself.
+struct Scope {
+  Scope(const RobustLoss& loss, std::int64_t all_rows, int row_size)
+      : rows(loss.scope == LossScope::component ? row_size * all_rows : all_rows),
+        size(loss.scope == LossScope::component ? 1 : row_size) {}
+  std::int64_t rows;
+  int size;
+};
+
+template <int width>
+void scale_rows_of(const double* factor, std::int64_t rows, double* values) {
+  for (std::int64_t row = 0; row < rows; ++row) {
+    const double f = factor[row];
+    double* first = values + row * width;
+    // 0 times an infinite derivative would be NaN.
+    for (int k = 0; k < width; ++k) first[k] = f == 0 ? 0 : f * first[k];
+  }
 }
 
 }  // namespace
@@ -150,21 +174,36 @@ LossValue evaluate(const RobustLoss& loss, double s) {
 }
 
 double robust_sum(const RobustLoss& loss, const double* residual, std::int64_t rows, int size) {
-  return sum(loss, residual, rows, size, [](std::int64_t, double) {});
+  const Scope scope(loss, rows, size);
+  return sum(loss, residual, scope.rows, scope.size,
+             [](std::int64_t, std::int64_t, const double*) {});
 }
 
 double robust_weights(const RobustLoss& loss, const double* residual, std::int64_t rows, int size,
                       double* root_weight) {
-  return sum(loss, residual, rows, size,
-             [root_weight](std::int64_t i, double weight) { root_weight[i] = std::sqrt(weight); });
+  const Scope scope(loss, rows, size);
+  return sum(loss, residual, scope.rows, scope.size,
+             [&](std::int64_t first, std::int64_t count, double* weight) {
+               for (std::int64_t i = 0; i < count; ++i) weight[i] = std::sqrt(weight[i]);
+               double* root = root_weight + scope.size * first;
+               for (int k = 0; k < scope.size; ++k) {
+                 for (std::int64_t i = 0; i < count; ++i) root[scope.size * i + k] = weight[i];
+               }
+             });
 }
 
 void scale_rows(const double* factor, std::int64_t rows, int width, double* values) {
-  for (std::int64_t row = 0; row < rows; ++row) {
-    const double f = factor[row];
-    double* first = values + row * width;
-    // 0 times an infinite derivative would be NaN.
-    for (int k = 0; k < width; ++k) first[k] = f == 0 ? 0 : f * first[k];
+  switch (width) {
+    case 3:
+      return scale_rows_of<3>(factor, rows, values);
+    case 6:
+      return scale_rows_of<6>(factor, rows, values);
+    case 9:
+      return scale_rows_of<9>(factor, rows, values);
+    default:
+      for (std::int64_t i = 0; i < width * rows; ++i) {
+        scale_rows_of<1>(factor + i / width, 1, values + i);
+      }
   }
 }
 

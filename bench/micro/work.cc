@@ -55,7 +55,7 @@ double left_flops(const Sizes& s) { return 4 * s.R * s.E * s.E; }
 
 }  // namespace
 
-// Flops of models/xyz_rows_impl.h with a BAL lens: 18 to camera coordinates, 43 for the lens and
+// Flops of models/xyz_rows_impl.h with a BAL lens: 18 to camera coordinates, 42 for the lens and
 // its derivatives, 9 for the residual and the aspect, 4 for the cost, 2 x 15 for J_leaf and 2 x 9
 // for the rotation (the derivative by the translation is J_leaf). Of the normal equations: J^T r,
 // the diagonal of cameras, the blocks of points. Rows, C and g are written.
@@ -63,7 +63,7 @@ Work linearize_work(const Workload& w) {
   const Sizes s = sizes(w);
   const double bytes = observation_bytes(s) + s.rows * (s.J_hub + s.J_leaf) +
                        s.points * (s.begin + s.block + s.vector);
-  return {bytes, s.rows * (122 + 2 * s.R * (2 * s.K + s.E * (s.E + 1)))};
+  return {bytes, s.rows * (121 + 2 * s.R * (2 * s.K + s.E * (s.E + 1)))};
 }
 
 // 18 to camera coordinates, 13 for the lens, 3 for the residual, 4 for the cost.
