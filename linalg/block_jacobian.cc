@@ -30,8 +30,8 @@ const EliminationKernels& elimination_kernels(const BlockLayout& layout, Side el
 
 SideView side_view(const BlockLayout& layout, Side side) {
   const Incidence& incidence = layout.incidence(side);
-  return {incidence.begin.data(), data_or_null(incidence.list), data_or_null(incidence.position),
-          incidence.block.data(), data_or_null(layout.coupling_rows)};
+  return {incidence.begin.data(), data_or_null(incidence.list), nullptr, incidence.block.data(),
+          data_or_null(layout.coupling_rows)};
 }
 
 AnchorView anchor_view(const BlockJacobian& J) {

@@ -25,7 +25,7 @@ struct BlockJacobian {
 const BlockKernels& block_kernels(const BlockLayout& layout);
 const EliminationKernels& elimination_kernels(const BlockLayout& layout, Side eliminated);
 
-/// What kernels take.
+/// What kernels take. Who eliminates hubs adds their positions.
 SideView side_view(const BlockLayout& layout, Side side);
 AnchorView anchor_view(const BlockJacobian& J);
 JacobianView view(const BlockJacobian& J);

@@ -1,7 +1,12 @@
 #pragma once
 
+#include <raybundle/linalg/large_vector.h>
+#include <raybundle/linalg/parallel.h>
+
 #include <array>
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <vector>
 
 /// Linear algebra on blocks. The words used here (docs/notation.md):
@@ -25,19 +30,28 @@ constexpr std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i)
 
 /// The couplings as one side sees them: block b owns positions begin[b] .. begin[b + 1], and
 /// position p stands for coupling list[p]. Couplings are numbered leaf by leaf, so the leaves'
-/// list and position are the identity and left empty.
+/// list is the identity and left empty. Lists by coupling have 4 bytes an entry, since they are as
+/// long as the observations; make_layout() refuses what they could not number.
 struct Incidence {
   std::vector<std::int64_t> begin;
-  std::vector<std::int64_t> list;
-  std::vector<std::int64_t> position;  ///< of a coupling; the inverse of list
-  std::vector<std::int32_t> block;     ///< of a coupling
+  LargeVector<std::int32_t> list;
+  LargeVector<std::int32_t> block;  ///< of a coupling
 };
+
+/// The position of every coupling: the inverse of the list.
+LargeVector<std::int32_t> positions(const Incidence& side);
 
 /// The anchors of leaves, numbered leaf by leaf.
 struct Anchorage {
   std::vector<std::int64_t> begin;     ///< anchors of leaf l: [l] .. [l + 1]; empty: none at all
-  std::vector<std::int64_t> coupling;  ///< of an anchor
-  std::vector<std::int64_t> anchor;    ///< of a coupling; -1: it is none
+  std::vector<std::int32_t> coupling;  ///< of an anchor
+  std::vector<std::int32_t> anchor;    ///< of a coupling; -1: it is none
+};
+
+/// Leaf and hub of every row, sorted by leaf, then hub. Equal pairs are legal and share a coupling.
+struct RowBlocks {
+  LargeVector<std::int32_t> leaf, hub;
+  std::vector<std::int64_t> begin;  ///< rows of leaf l: [l] .. [l + 1]
 };
 
 /// Sizes and sparsity of a block-sparse Jacobian; built once per problem.
@@ -52,6 +66,7 @@ struct BlockLayout {
 
   /// Rows of coupling c: [c] .. [c + 1]; empty: row c.
   std::vector<std::int64_t> coupling_rows;
+  RowBlocks repeated;  ///< where some couplings have several rows, else empty
   Anchorage anchorage;
   Incidence hub_side;
   Incidence leaf_side;
@@ -63,6 +78,16 @@ struct BlockLayout {
   std::int64_t offset(Side side) const { return side == Side::hubs ? 0 : size(Side::hubs); }
   std::int64_t unknowns() const { return size(Side::hubs) + size(Side::leaves); }
   std::int64_t residuals() const { return rows * row_size; }
+  std::span<const std::int32_t> row_leaf() const {
+    return coupling_rows.empty() ? leaf_side.block : repeated.leaf;
+  }
+  std::span<const std::int32_t> row_hub() const {
+    return coupling_rows.empty() ? hub_side.block : repeated.hub;
+  }
+  /// Rows of leaf l: [l] .. [l + 1].
+  std::span<const std::int64_t> leaf_rows() const {
+    return coupling_rows.empty() ? leaf_side.begin : repeated.begin;
+  }
   bool anchored() const { return !anchorage.begin.empty(); }
   std::int64_t anchors() const { return static_cast<std::int64_t>(anchorage.coupling.size()); }
 };
@@ -74,8 +99,14 @@ struct BlockSizes {
   int leaf = 3;
 };
 
-/// Compiles the sparsity. Row r couples leaf row_leaf[r] with hub row_hub[r]; rows must be sorted
-/// by leaf, then hub (equal pairs are legal and share a coupling).
+/// The most rows, and blocks of a side, that a layout can number.
+inline constexpr std::int64_t most_numbered = std::numeric_limits<std::int32_t>::max();
+
+/// Compiles the sparsity. Throws std::length_error beyond most_numbered.
+BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves, RowBlocks rows,
+                        ThreadPool& pool);
+
+/// The same from plain lists, by the calling thread.
 BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves,
                         const std::vector<std::int32_t>& row_leaf,
                         const std::vector<std::int32_t>& row_hub);

@@ -37,14 +37,17 @@ SchurComplement::SchurComplement(const BlockLayout& layout, Side eliminated, Thr
       y_(index(layout.size(eliminated))) {
   most_residuals_ = layout.row_size * most_rows(layout, eliminated);
   scratch_.resize(index(max_chunks * most_residuals_));
+  if (eliminated == Side::hubs) hub_positions_ = positions(layout.hub_side);
   if (layout.anchored()) {
     W_.resize(index(layout.couplings * layout.hub_size * layout.leaf_size));
   }
 }
 
 EliminationView SchurComplement::view() {
+  SideView eliminated = side_view(layout_, eliminated_);
+  if (eliminated_ == Side::hubs) eliminated.position = hub_positions_.data();
   return {side_view(layout_, kept_),
-          side_view(layout_, eliminated_),
+          eliminated,
           at_.J->blocks(kept_),
           at_.J->blocks(eliminated_),
           damping(eliminated_),

@@ -34,7 +34,7 @@ Sizes sizes(const Workload& w) {
           .U = 8 * R * E,
           .r = 8 * R,
           .of_camera = 4,
-          .listed = 8,
+          .listed = 4,
           .block = 8 * E * E,
           .vector = 8 * E,
           .begin = 8};
