@@ -14,11 +14,12 @@ namespace raybundle::io {
 /// Reads a plain-text BAL file. Throws InputError (file, line, found, expected) for anything that
 /// is not exactly one well-formed problem of finite numbers, with at least one camera, point and
 /// observation. Header and observations stand on a line each; parameters may be divided by any
-/// white space. Line ends may be CR LF.
-Problem read_bal(const std::filesystem::path& path);
+/// white space. Line ends may be CR LF. `threads` read it, 0 means all cores; how many makes no
+/// difference to what is read or thrown.
+Problem read_bal(const std::filesystem::path& path, int threads = 0);
 
 /// The same from memory; `source` names the text in errors.
-Problem parse_bal(std::string_view text, const std::string& source);
+Problem parse_bal(std::string_view text, const std::string& source, int threads = 0);
 
 /// Writes the shortest decimals that read back to the same doubles, whole or not at all: the
 /// file appears under its name only when complete. What is fixed is not part of the format, and
