@@ -18,6 +18,12 @@ BlockJacobian::BlockJacobian(const BlockLayout& block_layout)
       leaf_blocks(index(layout->residuals() * layout->leaf_size)),
       anchor_blocks(index(layout->anchors() * layout->leaf_size * layout->hub_size)) {}
 
+double BlockJacobian::memory(const LayoutSize& n) {
+  const double of_row = n.block.row * (n.block.hub + n.block.leaf);
+  const double of_leaf = n.anchors * n.block.leaf * n.block.hub;
+  return 8 * (of_row * static_cast<double>(n.rows) + of_leaf * static_cast<double>(n.leaves));
+}
+
 const BlockKernels& block_kernels(const BlockLayout& layout) {
   return block_kernels(layout.anchored(), layout.row_size, layout.hub_size, layout.leaf_size);
 }

@@ -10,6 +10,7 @@ namespace raybundle::linalg {
 /// The non-zero blocks of a Jacobian, row by row; the matrix itself is never formed.
 struct BlockJacobian {
   explicit BlockJacobian(const BlockLayout& block_layout);
+  static double memory(const LayoutSize& n);
 
   const BlockLayout* layout;          ///< outlives this
   LargeVector<double> hub_blocks;     ///< rows x (row_size x hub_size), row-major

@@ -85,6 +85,13 @@ void require_numbers(const char* what, std::int64_t count) {
 
 }  // namespace
 
+double BlockLayout::memory(const LayoutSize& n) {
+  const auto rows = static_cast<double>(n.rows);
+  const auto leaves = static_cast<double>(n.leaves), hubs = static_cast<double>(n.hubs);
+  const double anchorage = n.anchored() ? 4 * rows + (8 + 4 * n.anchors) * leaves : 0;
+  return 12 * rows + 8 * (leaves + hubs) + anchorage;
+}
+
 LargeVector<std::int32_t> positions(const Incidence& side) {
   LargeVector<std::int32_t> position(side.list.size());
   for (std::size_t p = 0; p < side.list.size(); ++p) {

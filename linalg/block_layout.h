@@ -54,6 +54,31 @@ struct RowBlocks {
   std::vector<std::int64_t> begin;  ///< rows of leaf l: [l] .. [l + 1]
 };
 
+/// Sizes of the three kinds of block.
+struct BlockSizes {
+  int row = 2;
+  int hub = 9;
+  int leaf = 3;
+};
+
+/// What is known of a layout before it is there. Whoever allocates by it says how much it will be,
+/// in a function called memory() beside the constructor, so that what does not fit can be refused
+/// before.
+struct LayoutSize {
+  BlockSizes block;
+  std::int64_t hubs = 0;
+  std::int64_t leaves = 0;
+  std::int64_t rows = 0;
+  int anchors = 0;  ///< of a leaf, at most
+
+  bool anchored() const { return anchors > 0; }
+  int block_size(Side side) const { return side == Side::hubs ? block.hub : block.leaf; }
+  std::int64_t block_count(Side side) const { return side == Side::hubs ? hubs : leaves; }
+  std::int64_t size(Side side) const { return block_count(side) * block_size(side); }
+  std::int64_t unknowns() const { return size(Side::hubs) + size(Side::leaves); }
+  std::int64_t residuals() const { return rows * block.row; }
+};
+
 /// Sizes and sparsity of a block-sparse Jacobian; built once per problem.
 struct BlockLayout {
   int row_size = 0;   ///< residuals per row
@@ -88,15 +113,11 @@ struct BlockLayout {
   std::span<const std::int64_t> leaf_rows() const {
     return coupling_rows.empty() ? leaf_side.begin : repeated.begin;
   }
+  /// Bytes of a layout without repeated rows.
+  static double memory(const LayoutSize& n);
+
   bool anchored() const { return !anchorage.begin.empty(); }
   std::int64_t anchors() const { return static_cast<std::int64_t>(anchorage.coupling.size()); }
-};
-
-/// Sizes of the three kinds of block.
-struct BlockSizes {
-  int row = 2;
-  int hub = 9;
-  int leaf = 3;
 };
 
 /// The most rows, and blocks of a side, that a layout can number.

@@ -11,6 +11,7 @@ namespace raybundle::linalg {
 /// Jacobian, and so are the blocks of hubs, which few methods need.
 struct NormalEquations {
   explicit NormalEquations(const BlockLayout& layout);
+  static double memory(const LayoutSize& n);
 
   /// All of it, from J and the residuals r.
   void form(const BlockJacobian& J, const double* r, ThreadPool& pool);
@@ -25,18 +26,17 @@ struct NormalEquations {
   }
 
   /// Writes diag(H), clamped to [low, high], to d (all unknowns).
-  void diagonal(double low, double high, double* d) const;
+  void diagonal(double low, double high, double* d, ThreadPool& pool) const;
 
   /// g^T diag(H)^-1 g over the unknowns that have a diagonal.
-  double scaled_gradient_squares() const;
+  double scaled_gradient_squares(ThreadPool& pool) const;
 
   const BlockLayout* layout;     ///< outlives this
-  std::vector<double> C;         ///< leaves x (leaf_size x leaf_size), symmetric
-  std::vector<double> gradient;  ///< J^T r: hubs, then leaves
+  LargeVector<double> C;         ///< leaves x (leaf_size x leaf_size), symmetric
+  LargeVector<double> gradient;  ///< J^T r: hubs, then leaves
 
  private:
-  template <class Visit>
-  void for_diagonal(Visit&& visit) const;
+  double diagonal_entry(std::int64_t i) const;
 
   HubSums sums_;
   std::vector<double> hub_diagonal_;

@@ -43,6 +43,22 @@ SchurComplement::SchurComplement(const BlockLayout& layout, Side eliminated, Thr
   }
 }
 
+double SchurComplement::memory(const LayoutSize& n, Side eliminated, bool assembled) {
+  const double block = n.block_size(eliminated);
+  const auto size = static_cast<double>(n.size(eliminated));
+  const auto rows = static_cast<double>(n.rows), residuals = static_cast<double>(n.residuals());
+  double bytes = 8 * (block * size + block * residuals + size);
+  if (n.anchored()) bytes += 8.0 * n.block.hub * n.block.leaf * rows;
+  if (eliminated == Side::hubs) bytes += 8 * block * size + 4 * rows;
+  if (assembled) {
+    const std::int64_t kept = n.block_count(opposite(eliminated));
+    return bytes + 4 * static_cast<double>(chunks(kept, 1).pieces * kept);  // slots
+  }
+  if (eliminated == Side::hubs) return bytes + 8 * residuals;
+  const int hub = n.block.hub;
+  return bytes + HubSums::memory(n, hub) + HubSums::memory(n, triangle_size(hub) + hub);
+}
+
 EliminationView SchurComplement::view() {
   SideView eliminated = side_view(layout_, eliminated_);
   if (eliminated_ == Side::hubs) eliminated.position = hub_positions_.data();

@@ -18,6 +18,9 @@ class SchurComplement final : public ReducedSystem {
   /// Throws std::invalid_argument for hubs to be eliminated that are anchors.
   SchurComplement(const BlockLayout& layout, Side eliminated, ThreadPool& pool);
 
+  /// Bytes, for products or for explicit matrices alone.
+  static double memory(const LayoutSize& n, Side eliminated, bool assembled);
+
   std::int64_t size() const override { return layout_.size(kept_); }
   std::int64_t offset() const override { return layout_.offset(kept_); }
   void prepare(const Linearization& at, const double* damping) override;
@@ -57,7 +60,7 @@ class SchurComplement final : public ReducedSystem {
   const double* damping_ = nullptr;
   LargeVector<double> M_;           // block by block
   LargeVector<double> U_;           // row by row
-  std::vector<double> y_;           // block by block
+  LargeVector<double> y_;           // block by block
   LargeVector<double> W_;           // coupling by coupling; of anchored leaves
   LargeVector<double> rows_;        // scratch of apply_to_leaves(), one number per residual
   HubSums product_sums_;            // of apply_to_hubs()

@@ -46,6 +46,26 @@ Objective::Objective(const Problem& problem, const Formulation& formulation,
   if (is_anchored(formulation.points) && !fixed_points_.empty()) places_ = problem.points;
 }
 
+linalg::LayoutSize Objective::layout_size(const Problem& problem, const Formulation& formulation) {
+  const Sensor sensor = sensor_of(formulation);
+  const int anchors = formulation.points == PointModel::idp ? 1 : 2;
+  return {.block = {residual_size(sensor), camera_unknowns(sensor), Problem::point_size},
+          .hubs = problem.camera_count(),
+          .leaves = problem.point_count(),
+          .rows = problem.observation_count(),
+          .anchors = is_anchored(formulation.points) ? anchors : 0};
+}
+
+double Objective::memory(const Problem& problem, const Formulation& formulation) {
+  const linalg::LayoutSize n = layout_size(problem, formulation);
+  const auto rows = static_cast<double>(n.rows);
+  double bytes = linalg::BlockLayout::memory(n) + sizeof(CameraFrame) * static_cast<double>(n.hubs);
+  if (!is_in_row_order(problem)) bytes += 16 * rows;
+  if (formulation.objective == ObjectiveKind::ray) bytes += 24 * rows;
+  if (n.anchored()) bytes += sizeof(Anchors) * static_cast<double>(n.leaves);
+  return bytes;
+}
+
 void Objective::compile_layout(const Problem& problem) {
   const bool anchored = is_anchored(formulation_.points);
   const bool ray = formulation_.objective == ObjectiveKind::ray;
@@ -58,11 +78,8 @@ void Objective::compile_layout(const Problem& problem) {
   if (ray || anchored) {
     rays = in_row_order(rows, ray ? observed_rays(problem) : apparent_rays(problem), 3, pool_);
   }
-  const Sensor sensor = sensor_of(formulation_);
-  const linalg::BlockSizes sizes = {residual_size(sensor), camera_unknowns(sensor),
-                                    Problem::point_size};
   layout_ = linalg::make_layout(
-      sizes, problem.camera_count(), problem.point_count(),
+      layout_size(problem, formulation_).block, problem.camera_count(), problem.point_count(),
       {std::move(rows.point), std::move(rows.camera), std::move(rows.begin)}, pool_);
   rows_ = {layout_.row_hub(), layout_.row_leaf(), layout_.leaf_rows()};
   if (anchored) choose_all_anchors(problem, rays);

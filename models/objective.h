@@ -41,6 +41,10 @@ class Objective {
   Objective(const Objective&) = delete;  // others hold its layout
   Objective& operator=(const Objective&) = delete;
 
+  /// Bytes that it will take, its layout included.
+  static double memory(const Problem& problem, const Formulation& formulation);
+  static linalg::LayoutSize layout_size(const Problem& problem, const Formulation& formulation);
+
   const linalg::BlockLayout& layout() const { return layout_; }
   const Formulation& formulation() const { return formulation_; }
   const std::vector<Anchors>& anchors() const { return anchors_; }  ///< empty for xyz

@@ -64,6 +64,11 @@ void sort_observations(const Problem& problem, ObservationRows& rows, linalg::Th
 
 }  // namespace
 
+bool is_in_row_order(const Problem& problem) {
+  linalg::ThreadPool alone(1);
+  return in_order(problem, alone);
+}
+
 ObservationRows::ObservationRows(const Problem& problem, linalg::ThreadPool& pool)
     : camera(index(problem.observation_count())),
       point(index(problem.observation_count())),

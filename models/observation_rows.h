@@ -25,6 +25,9 @@ struct ObservationRows {
   std::vector<std::int64_t> begin;                ///< rows of point i: [i] .. [i + 1]
 };
 
+/// Whether the observations stand in that order already.
+bool is_in_row_order(const Problem& problem);
+
 /// values[k] of every observation k, `size` numbers each, in the order of rows.
 linalg::LargeVector<double> in_row_order(const ObservationRows& rows,
                                          const std::vector<double>& values, std::int64_t size,

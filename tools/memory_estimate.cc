@@ -5,6 +5,7 @@
 #include <raybundle/linalg/schur_complement.h>
 #include <raybundle/linalg/sparse_cholesky.h>
 #include <raybundle/models/objective.h>
+#include <raybundle/solver/step.h>
 #include <raybundle/solver/working_memory.h>
 
 namespace raybundle::tools {
@@ -15,10 +16,8 @@ constexpr double program = 12e6;  // code, libraries, buffers of the system
 /// What is there before a matrix is: the program, the problem, and the engine's own.
 double before_matrix(const Problem& problem, Method method,
                      std::optional<Elimination> elimination) {
-  const double numbers = static_cast<double>(problem.cameras.size() + problem.points.size());
-  const double observations = static_cast<double>(problem.observation_count());
   const Options options = resolve({.method = method, .elimination = elimination});
-  return program + 8 * numbers + 24 * observations + working_memory(problem, options);
+  return program + problem_memory(problem) + working_memory(problem, options);
 }
 
 }  // namespace
@@ -42,6 +41,11 @@ MemoryEstimates estimate_memory(const Problem& problem) {
   const auto cameras = static_cast<double>(problem.camera_count());
   result.reduced.order = reduced.order();
   result.reduced.fill = static_cast<double>(reduced.column.size()) / (cameras * (cameras + 1) / 2);
+  const auto plan = first_automatic_plan(layout);
+  const bool dense = plan && plan->storage == linalg::SymmetricBlocks::Storage::dense;
+  add(Method::automatic, E::points,
+      !plan ? Linear::implicit_pcg : (dense ? Linear::dense_cholesky : Linear::sparse_cholesky),
+      plan ? plan->memory : 0);
   add(Method::lm_cholesky, E::points, Linear::dense_cholesky,
       linalg::DenseCholesky::memory(reduced.order()));
   add(Method::lm_cholesky, E::points, Linear::sparse_cholesky, sparse(reduced));
