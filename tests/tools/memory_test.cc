@@ -1,16 +1,15 @@
 // What a solve is predicted to take is what it takes, and a limit holds.
 
-#include <algorithm>
-#include <filesystem>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <raybundle/linalg/memory.h>
 #include <raybundle/tests/support/temporary_folder.h>
 #include <raybundle/tests/tools/process.h>
+#include <raybundle/tools/bench_process.h>
 
 namespace raybundle {
 namespace {
@@ -26,7 +25,7 @@ struct Scene {
 class PredictedMemory : public testing::TestWithParam<Scene> {
  protected:
   void SetUp() override {
-    if (!test::limits_memory()) GTEST_SKIP() << "a sanitizer takes memory of its own";
+    if (!tools::limits_memory()) GTEST_SKIP() << "a sanitizer takes memory of its own";
     std::vector<std::string> words = {"generate"};
     words.insert(words.end(), GetParam().words.begin(), GetParam().words.end());
     words.insert(words.end(), {"-o", input_});
