@@ -26,10 +26,11 @@ void BlockJacobian::set_precision(Precision precision) {
   leaf_blocks_.resize(index(residual_bytes * layout_->leaf_size));
 }
 
-double BlockJacobian::memory(const BlockLayout& layout, Precision precision) {
-  const auto numbers = static_cast<double>(layout.residuals() * (layout.hub_size + layout.leaf_size));
-  const auto anchors = static_cast<double>(layout.anchors() * layout.leaf_size * layout.hub_size);
-  return static_cast<double>(bytes(precision)) * numbers + 8 * anchors;
+double BlockJacobian::memory(const LayoutSize& n, Precision precision) {
+  const double of_row = n.block.row * (n.block.hub + n.block.leaf);
+  const double of_leaf = n.anchors * n.block.leaf * n.block.hub;
+  return static_cast<double>(bytes(precision)) * of_row * static_cast<double>(n.rows) +
+         8 * of_leaf * static_cast<double>(n.leaves);
 }
 
 std::int64_t BlockJacobian::place(Side side, std::int64_t row, int r, int k) const {
@@ -63,8 +64,8 @@ const BlockKernels& block_kernels(const BlockJacobian& J) {
 
 SideView side_view(const BlockLayout& layout, Side side) {
   const Incidence& incidence = layout.incidence(side);
-  return {incidence.begin.data(), data_or_null(incidence.list), data_or_null(incidence.position),
-          incidence.block.data(), data_or_null(layout.coupling_rows)};
+  return {incidence.begin.data(), data_or_null(incidence.list), nullptr, incidence.block.data(),
+          data_or_null(layout.coupling_rows)};
 }
 
 JacobianView BlockJacobian::view() const {

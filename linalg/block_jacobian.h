@@ -21,8 +21,7 @@ class BlockJacobian {
   /// Room for the same rows in another precision; their values are lost.
   void set_precision(Precision precision);
 
-  /// Bytes that one takes.
-  static double memory(const BlockLayout& layout, Precision precision);
+  static double memory(const LayoutSize& n, Precision precision);
 
   /// What kernels take.
   JacobianView view() const;
@@ -49,6 +48,7 @@ class BlockJacobian {
 KernelShape kernel_shape(const BlockLayout& layout, Precision precision);
 const BlockKernels& block_kernels(const BlockJacobian& J);
 
+/// What kernels take. Who eliminates hubs adds their positions.
 SideView side_view(const BlockLayout& layout, Side side);
 
 /// u = J x; x has layout.unknowns() entries, u layout.residuals().

@@ -1,7 +1,12 @@
 #pragma once
 
+#include <raybundle/linalg/large_vector.h>
+#include <raybundle/linalg/parallel.h>
+
 #include <array>
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <vector>
 
 /// Linear algebra on blocks. The words used here (docs/notation.md):
@@ -25,19 +30,53 @@ constexpr std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i)
 
 /// The couplings as one side sees them: block b owns positions begin[b] .. begin[b + 1], and
 /// position p stands for coupling list[p]. Couplings are numbered leaf by leaf, so the leaves'
-/// list and position are the identity and left empty.
+/// list is the identity and left empty. Lists by coupling have 4 bytes an entry, since they are as
+/// long as the observations; make_layout() refuses what they could not number.
 struct Incidence {
   std::vector<std::int64_t> begin;
-  std::vector<std::int64_t> list;
-  std::vector<std::int64_t> position;  ///< of a coupling; the inverse of list
-  std::vector<std::int32_t> block;     ///< of a coupling
+  LargeVector<std::int32_t> list;
+  LargeVector<std::int32_t> block;  ///< of a coupling
 };
+
+/// The position of every coupling: the inverse of the list.
+LargeVector<std::int32_t> positions(const Incidence& side);
 
 /// The anchors of leaves, numbered leaf by leaf.
 struct Anchorage {
   std::vector<std::int64_t> begin;     ///< anchors of leaf l: [l] .. [l + 1]; empty: none at all
-  std::vector<std::int64_t> coupling;  ///< of an anchor
-  std::vector<std::int64_t> anchor;    ///< of a coupling; -1: it is none
+  std::vector<std::int32_t> coupling;  ///< of an anchor
+  std::vector<std::int32_t> anchor;    ///< of a coupling; -1: it is none
+};
+
+/// Leaf and hub of every row, sorted by leaf, then hub. Equal pairs are legal and share a coupling.
+struct RowBlocks {
+  LargeVector<std::int32_t> leaf, hub;
+  std::vector<std::int64_t> begin;  ///< rows of leaf l: [l] .. [l + 1]
+};
+
+/// Sizes of the three kinds of block.
+struct BlockSizes {
+  int row = 2;
+  int hub = 9;
+  int leaf = 3;
+};
+
+/// What is known of a layout before it is there. Whoever allocates by it says how much it will be,
+/// in a function called memory() beside the constructor, so that what does not fit can be refused
+/// before.
+struct LayoutSize {
+  BlockSizes block;
+  std::int64_t hubs = 0;
+  std::int64_t leaves = 0;
+  std::int64_t rows = 0;
+  int anchors = 0;  ///< of a leaf, at most
+
+  bool anchored() const { return anchors > 0; }
+  int block_size(Side side) const { return side == Side::hubs ? block.hub : block.leaf; }
+  std::int64_t block_count(Side side) const { return side == Side::hubs ? hubs : leaves; }
+  std::int64_t size(Side side) const { return block_count(side) * block_size(side); }
+  std::int64_t unknowns() const { return size(Side::hubs) + size(Side::leaves); }
+  std::int64_t residuals() const { return rows * block.row; }
 };
 
 /// Sizes and sparsity of a block-sparse Jacobian; built once per problem.
@@ -52,6 +91,7 @@ struct BlockLayout {
 
   /// Rows of coupling c: [c] .. [c + 1]; empty: row c.
   std::vector<std::int64_t> coupling_rows;
+  RowBlocks repeated;  ///< where some couplings have several rows, else empty
   Anchorage anchorage;
   Incidence hub_side;
   Incidence leaf_side;
@@ -63,24 +103,31 @@ struct BlockLayout {
   std::int64_t offset(Side side) const { return side == Side::hubs ? 0 : size(Side::hubs); }
   std::int64_t unknowns() const { return size(Side::hubs) + size(Side::leaves); }
   std::int64_t residuals() const { return rows * row_size; }
-  /// The first row of a leaf, or of those after it; of `leaves`: how many rows there are.
-  std::int64_t first_row(std::int64_t leaf) const {
-    const std::int64_t coupling = leaf_side.begin[index(leaf)];
-    return coupling_rows.empty() ? coupling : coupling_rows[index(coupling)];
+  std::span<const std::int32_t> row_leaf() const {
+    return coupling_rows.empty() ? leaf_side.block : repeated.leaf;
   }
+  std::span<const std::int32_t> row_hub() const {
+    return coupling_rows.empty() ? hub_side.block : repeated.hub;
+  }
+  /// Rows of leaf l: [l] .. [l + 1].
+  std::span<const std::int64_t> leaf_rows() const {
+    return coupling_rows.empty() ? leaf_side.begin : repeated.begin;
+  }
+  /// Bytes of a layout without repeated rows.
+  static double memory(const LayoutSize& n);
+
   bool anchored() const { return !anchorage.begin.empty(); }
   std::int64_t anchors() const { return static_cast<std::int64_t>(anchorage.coupling.size()); }
 };
 
-/// Sizes of the three kinds of block.
-struct BlockSizes {
-  int row = 2;
-  int hub = 9;
-  int leaf = 3;
-};
+/// The most rows, and blocks of a side, that a layout can number.
+inline constexpr std::int64_t most_numbered = std::numeric_limits<std::int32_t>::max();
 
-/// Compiles the sparsity. Row r couples leaf row_leaf[r] with hub row_hub[r]; rows must be sorted
-/// by leaf, then hub (equal pairs are legal and share a coupling).
+/// Compiles the sparsity. Throws std::length_error beyond most_numbered.
+BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves, RowBlocks rows,
+                        ThreadPool& pool);
+
+/// The same from plain lists, by the calling thread.
 BlockLayout make_layout(BlockSizes sizes, std::int64_t hubs, std::int64_t leaves,
                         const std::vector<std::int32_t>& row_leaf,
                         const std::vector<std::int32_t>& row_hub);

@@ -74,14 +74,17 @@ double sparse_work(const Ordering& ordering) {
   return sparse_penalty * ordering.flops / 2;
 }
 
-void require_dense_memory(const SymmetricPattern& pattern) {
-  require_memory(DenseCholesky::memory(pattern.order()),
-                 "a dense matrix of order " + std::to_string(pattern.order()));
+CholeskyPlan require_dense_memory(CholeskyPlan plan) {
+  plan.memory = DenseCholesky::memory(plan.pattern.order());
+  require_memory(plan.memory, "a dense matrix of order " + std::to_string(plan.pattern.order()));
+  return plan;
 }
 
-void require_sparse_memory(const SymmetricPattern& pattern, const Ordering& ordering) {
-  require_memory(SparseCholesky::memory(pattern, ordering),
-                 "a sparse factorisation of order " + std::to_string(pattern.order()));
+CholeskyPlan require_sparse_memory(CholeskyPlan plan) {
+  plan.memory = SparseCholesky::memory(plan.pattern, plan.ordering);
+  require_memory(plan.memory,
+                 "a sparse factorisation of order " + std::to_string(plan.pattern.order()));
+  return plan;
 }
 
 }  // namespace
@@ -96,13 +99,11 @@ CholeskyPlan plan_cholesky(SymmetricPattern pattern,
     plan.work = sparse_work(plan.ordering);
     if (storage || plan.work <= dense) {
       plan.storage = Storage::sparse;
-      require_sparse_memory(plan.pattern, plan.ordering);
-      return plan;
+      return require_sparse_memory(std::move(plan));
     }
   }
   plan.work = dense;
-  require_dense_memory(plan.pattern);
-  return plan;
+  return require_dense_memory(std::move(plan));
 }
 
 std::unique_ptr<Cholesky> Cholesky::make(CholeskyPlan plan, ThreadPool& pool) {

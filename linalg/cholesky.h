@@ -16,6 +16,7 @@ struct CholeskyPlan {
   SymmetricPattern pattern;
   SymmetricBlocks::Storage storage = SymmetricBlocks::Storage::dense;
   Ordering ordering = {};  ///< of sparse storage
+  double memory = 0;       ///< bytes that the matrix and its factor take
   double work = 0;  ///< predicted multiplications of one factorisation, as fast as dense ones
 };
 

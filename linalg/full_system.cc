@@ -34,7 +34,7 @@ std::vector<std::int32_t> FullSystem::hub_neighbours(std::int64_t a) const {
   if (!layout_.anchored()) return found;
   const Incidence& hubs = layout_.hub_side;
   const Incidence& leaves = layout_.leaf_side;
-  const std::vector<std::int64_t>& anchor = layout_.anchorage.anchor;
+  const std::vector<std::int32_t>& anchor = layout_.anchorage.anchor;
   for (std::int64_t p = hubs.begin[index(a)]; p < hubs.begin[index(a + 1)]; ++p) {
     const std::int64_t c = hubs.list[index(p)];
     const std::int64_t end = leaves.begin[index(leaves.block[index(c)]) + 1];

@@ -9,6 +9,8 @@ class FullSystem final : public ReducedSystem {
  public:
   FullSystem(const BlockLayout& layout, ThreadPool& pool);
 
+  static double memory(const LayoutSize& n) { return 8 * static_cast<double>(n.residuals()); }
+
   std::int64_t size() const override { return layout_.unknowns(); }
   std::int64_t offset() const override { return 0; }
   void prepare(const Linearization& at, const double* damping) override;

@@ -16,9 +16,8 @@ class HubSums {
   /// so far, hub by hub, and returns those of all; they stay until the next call.
   template <class Add>
   const double* form(const BlockLayout& layout, std::int64_t numbers, ThreadPool& pool, Add&& add) {
-    constexpr std::int64_t grain = 128;
     const std::int64_t size = layout.hubs * numbers;
-    const Chunks pieces = chunks(layout.leaves, grain, most_parts(layout.rows, size));
+    const Chunks pieces = HubSums::pieces(layout, size);
     parts_.resize(index(std::max<std::int64_t>(pieces.pieces, 1) * size));
     if (pieces.pieces == 0) std::fill_n(parts_.data(), size, 0.0);
     pool.run(pieces.pieces, [&](std::int64_t piece) {
@@ -42,7 +41,19 @@ class HubSums {
     return std::clamp(rows / (2 * size + 1), few, max_chunks);
   }
 
+  /// Bytes of the sums of some numbers per hub.
+  static double memory(const LayoutSize& n, std::int64_t numbers) {
+    const std::int64_t size = n.hubs * numbers;
+    return 8 * static_cast<double>(size * std::max<std::int64_t>(pieces(n, size).pieces, 1));
+  }
+
  private:
+  template <class Sizes>
+  static Chunks pieces(const Sizes& n, std::int64_t size) {
+    constexpr std::int64_t grain = 128;
+    return chunks(n.leaves, grain, most_parts(n.rows, size));
+  }
+
   LargeVector<double> parts_;
 };
 

@@ -12,6 +12,9 @@ namespace raybundle::linalg {
 /// through in an order that would miss the small pages' translations all the time.
 /// Throws std::bad_alloc.
 void* allocate_large(std::size_t bytes);
+/// Asks for huge pages within memory that nothing has been written to; advice, which may not be
+/// taken.
+void advise_huge_pages(void* memory, std::size_t bytes);
 void free_large(void* memory, std::size_t bytes) noexcept;
 
 template <class T>

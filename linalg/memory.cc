@@ -4,14 +4,22 @@
 #include <limits>
 
 namespace raybundle::linalg {
-namespace {
-
-std::string gibibytes(double bytes) {
-  std::string text = std::to_string(bytes / (1024.0 * 1024.0 * 1024.0));
-  return text.substr(0, text.find('.') + 2) + " GiB";
+std::string memory_text(double bytes) {
+  constexpr double mebi = 1024.0 * 1024.0;
+  const bool large = bytes >= 1024 * mebi;
+  const std::string text = std::to_string(bytes / (large ? 1024 * mebi : mebi));
+  return text.substr(0, text.find('.') + 2) + (large ? " GiB" : " MiB");
 }
 
-}  // namespace
+double resident_memory() {
+  std::ifstream file("/proc/self/status");
+  for (std::string key; file >> key;) {
+    double kibibytes = 0;
+    if (key == "VmRSS:" && file >> kibibytes) return kibibytes * 1024;
+    file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+  }
+  return 0;
+}
 
 double available_memory() {
   std::ifstream file("/proc/meminfo");
@@ -27,7 +35,7 @@ double available_memory() {
 void require_memory(double bytes, const std::string& what) {
   const double available = available_memory();
   if (bytes <= available) return;
-  throw MemoryRefusal(what + " needs " + gibibytes(bytes) + ", and " + gibibytes(available) +
+  throw MemoryRefusal(what + " needs " + memory_text(bytes) + ", and " + memory_text(available) +
                       " are available");
 }
 

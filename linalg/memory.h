@@ -20,6 +20,12 @@ class MemoryRefusal : public std::bad_alloc {
 /// Bytes that can still be used without swapping; the largest number when the system does not say.
 double available_memory();
 
+/// Bytes of this process that are in memory now.
+double resident_memory();
+
+/// "1.4 GiB", "32.0 MiB".
+std::string memory_text(double bytes);
+
 /// Throws MemoryRefusal when `bytes` are more than is available; `what` names their purpose.
 void require_memory(double bytes, const std::string& what);
 

@@ -1,5 +1,7 @@
 #include <raybundle/linalg/normal_equations.h>
 
+#include <raybundle/linalg/vector.h>
+
 #include <algorithm>
 
 namespace raybundle::linalg {
@@ -11,12 +13,20 @@ NormalEquations::NormalEquations(const BlockLayout& block_layout)
       hub_diagonal_(index(layout->size(Side::hubs))),
       own_gradient_(layout->anchored() ? hub_diagonal_.size() : 0) {}
 
+double NormalEquations::memory(const LayoutSize& n) {
+  const auto hubs = static_cast<double>(n.size(Side::hubs));
+  const auto blocks = static_cast<double>(n.size(Side::leaves) * n.block.leaf);
+  return 8 * (blocks + static_cast<double>(n.unknowns()) + (n.anchored() ? 2 : 1) * hubs) +
+         HubSums::memory(n, std::int64_t{n.block.hub} * sums_of_hub(n.anchored()));
+}
+
 NormalEquations::TileEnd NormalEquations::tile_end(std::int64_t row, std::int64_t leaf,
                                                    std::int64_t last_leaf) const {
+  const std::span<const std::int64_t> rows = layout->leaf_rows();
   const std::int64_t full = row + tile_rows;
-  if (layout->first_row(leaf + 1) > full) return {leaf, full};
-  while (leaf < last_leaf && layout->first_row(leaf + 1) <= full) ++leaf;
-  return {leaf, layout->first_row(leaf)};
+  if (rows[index(leaf + 1)] > full) return {leaf, full};
+  while (leaf < last_leaf && rows[index(leaf + 1)] <= full) ++leaf;
+  return {leaf, rows[index(leaf)]};
 }
 
 // From what was summed by hub.
@@ -36,7 +46,7 @@ void NormalEquations::collect(const double* sums) {
 void NormalEquations::diagonal_blocks(const BlockJacobian& J, Side side, std::vector<double>& H,
                                       ThreadPool& pool) const {
   if (side == Side::leaves) {
-    H = C;
+    H.assign(C.begin(), C.end());
     return;
   }
   H.resize(index(layout->size(side) * layout->hub_size));
@@ -45,27 +55,29 @@ void NormalEquations::diagonal_blocks(const BlockJacobian& J, Side side, std::ve
   });
 }
 
-// Calls visit(i, H_ii) for all unknowns.
-template <class Visit>
-void NormalEquations::for_diagonal(Visit&& visit) const {
-  std::size_t i = 0;
-  for (const double d : hub_diagonal_) visit(i++, d);
+// H_ii of any unknown.
+double NormalEquations::diagonal_entry(std::int64_t i) const {
+  const std::int64_t of_leaves = i - layout->offset(Side::leaves);
+  if (of_leaves < 0) return hub_diagonal_[index(i)];
   const int size = layout->leaf_size;
-  for (std::size_t b = 0; b < C.size(); b += index(size * size)) {
-    for (int k = 0; k < size; ++k) visit(i++, C[b + index(k * size + k)]);
-  }
+  return C[index(of_leaves * size + of_leaves % size)];
 }
 
-void NormalEquations::diagonal(double low, double high, double* d) const {
-  for_diagonal([&](std::size_t i, double value) { d[i] = std::clamp(value, low, high); });
-}
-
-double NormalEquations::scaled_gradient_squares() const {
-  double sum = 0;
-  for_diagonal([&](std::size_t i, double value) {
-    if (value > 0) sum += gradient[i] * gradient[i] / value;
+void NormalEquations::diagonal(double low, double high, double* d, ThreadPool& pool) const {
+  for_entries(layout->unknowns(), pool, [&](std::size_t i) {
+    d[i] = std::clamp(diagonal_entry(static_cast<std::int64_t>(i)), low, high);
   });
-  return sum;
+}
+
+double NormalEquations::scaled_gradient_squares(ThreadPool& pool) const {
+  return parallel_sum(pool, layout->unknowns(), 8192, [&](std::int64_t first, std::int64_t last) {
+    double sum = 0;
+    for (std::int64_t i = first; i < last; ++i) {
+      const double value = diagonal_entry(i);
+      if (value > 0) sum += gradient[index(i)] * gradient[index(i)] / value;
+    }
+    return sum;
+  });
 }
 
 }  // namespace raybundle::linalg

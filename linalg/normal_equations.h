@@ -14,6 +14,7 @@ namespace raybundle::linalg {
 /// Jacobian, and so are the blocks of hubs, which few methods need.
 struct NormalEquations {
   explicit NormalEquations(const BlockLayout& layout);
+  static double memory(const LayoutSize& n);
 
   /// All of it, from rows that are stored into J on the way, tile by tile: `evaluate(tile)` writes
   /// the rows of a tile and returns a number, such as their cost; returns the sum of these. Whole
@@ -42,14 +43,14 @@ struct NormalEquations {
   }
 
   /// Writes diag(H), clamped to [low, high], to d (all unknowns).
-  void diagonal(double low, double high, double* d) const;
+  void diagonal(double low, double high, double* d, ThreadPool& pool) const;
 
   /// g^T diag(H)^-1 g over the unknowns that have a diagonal.
-  double scaled_gradient_squares() const;
+  double scaled_gradient_squares(ThreadPool& pool) const;
 
   const BlockLayout* layout;     ///< outlives this
-  std::vector<double> C;         ///< leaves x (leaf_size x leaf_size), symmetric
-  std::vector<double> gradient;  ///< J^T r: hubs, then leaves
+  LargeVector<double> C;         ///< leaves x (leaf_size x leaf_size), symmetric
+  LargeVector<double> gradient;  ///< J^T r: hubs, then leaves
 
  private:
   /// The first leaf that is not wholly in the tile which starts with a row of `leaf`, and the last
@@ -63,8 +64,7 @@ struct NormalEquations {
   double absorb(BlockJacobian& J, std::int64_t first, std::int64_t last, double* of_hubs,
                 Evaluate&& evaluate);
   void collect(const double* sums_of_hubs);
-  template <class Visit>
-  void for_diagonal(Visit&& visit) const;
+  double diagonal_entry(std::int64_t i) const;
 
   HubSums sums_;
   std::vector<double> hub_diagonal_;
@@ -79,7 +79,7 @@ double NormalEquations::absorb(BlockJacobian& J, std::int64_t first, std::int64_
   std::array<double, index(most_numbers)> scratch;
   const NormalView normal = {C.data(), gradient.data() + layout->offset(Side::leaves), of_hubs};
   const std::int64_t of_residuals = tile_rows * layout->row_size;
-  const std::int64_t row = layout->first_row(first);
+  const std::int64_t row = layout->leaf_rows()[index(first)];
   RowTile tile = {row, row, scratch.data(), scratch.data() + of_residuals,
                   scratch.data() + of_residuals * (1 + layout->hub_size)};
   double sum = 0;

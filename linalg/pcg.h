@@ -45,6 +45,7 @@ class Pcg {
   };
 
   Pcg(std::int64_t size, ThreadPool& pool);
+  static double memory(std::int64_t size) { return 32 * static_cast<double>(size); }
 
   /// A symmetric. After a breakdown x is the best found, which after no iteration is 0. Directions
   /// have no positive curvature where A is only semi-definite, or by rounding.

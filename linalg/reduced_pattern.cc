@@ -9,31 +9,44 @@
 namespace raybundle::linalg {
 namespace {
 
-// Calls visit(b) once for every kept b > a that shares an eliminated block with a; seen[b] is a
-// mark that must be different from a before.
-template <class Visit>
-void for_neighbours(const Incidence& kept, const Incidence& eliminated, std::int64_t a,
-                    std::vector<std::int64_t>& seen, Visit&& visit) {
-  seen[index(a)] = a;
-  for (std::int64_t p = kept.begin[index(a)]; p < kept.begin[index(a + 1)]; ++p) {
-    const std::int64_t c = kept.list.empty() ? p : kept.list[index(p)];
-    const std::int64_t start = eliminated.position.empty() ? c : eliminated.position[index(c)];
-    const std::int64_t end = eliminated.begin[index(eliminated.block[index(c)]) + 1];
-    for (std::int64_t q = start; q < end; ++q) {
-      const std::int64_t other = eliminated.list.empty() ? q : eliminated.list[index(q)];
-      const std::int32_t b = kept.block[index(other)];
-      if (seen[index(b)] == a) continue;
-      seen[index(b)] = a;
-      visit(b);
+/// Finds the kept blocks that share an eliminated block with a given one.
+class Neighbours {
+ public:
+  Neighbours(const BlockLayout& layout, Side eliminated)
+      : kept_(layout.incidence(opposite(eliminated))),
+        eliminated_(layout.incidence(eliminated)),
+        position_(positions(eliminated_)),
+        seen_(index(layout.block_count(opposite(eliminated))), -1) {}
+
+  /// Calls visit(b) once for every such b > a; not twice for the same a.
+  template <class Visit>
+  void visit_after(std::int64_t a, Visit&& visit) {
+    seen_[index(a)] = a;
+    for (std::int64_t p = kept_.begin[index(a)]; p < kept_.begin[index(a + 1)]; ++p) {
+      const std::int64_t c = kept_.list.empty() ? p : kept_.list[index(p)];
+      const std::int64_t start = position_.empty() ? c : position_[index(c)];
+      const std::int64_t end = eliminated_.begin[index(eliminated_.block[index(c)]) + 1];
+      for (std::int64_t q = start; q < end; ++q) {
+        const std::int64_t other = eliminated_.list.empty() ? q : eliminated_.list[index(q)];
+        const std::int32_t b = kept_.block[index(other)];
+        if (seen_[index(b)] == a) continue;
+        seen_[index(b)] = a;
+        visit(b);
+      }
     }
   }
-}
+
+ private:
+  const Incidence& kept_;
+  const Incidence& eliminated_;
+  LargeVector<std::int32_t> position_;
+  std::vector<std::int64_t> seen_;
+};
 
 // A reduced matrix can have the square of the kept blocks. Where it may be large its blocks are
 // counted before any is stored: what cannot be held is refused here and not half-way.
 void require_pattern_memory(const BlockLayout& layout, Side eliminated_side) {
   const Side kept_side = opposite(eliminated_side);
-  const Incidence& kept = layout.incidence(kept_side);
   const Incidence& eliminated = layout.incidence(eliminated_side);
   const std::int64_t count = layout.block_count(kept_side);
   double blocks = 0;
@@ -45,9 +58,9 @@ void require_pattern_memory(const BlockLayout& layout, Side eliminated_side) {
   constexpr double few = 1e7;
   if (blocks > few) {
     blocks = static_cast<double>(count);
-    std::vector<std::int64_t> seen(index(count), -1);
+    Neighbours neighbours(layout, eliminated_side);
     for (std::int64_t a = 0; a < count; ++a) {
-      for_neighbours(kept, eliminated, a, seen, [&](std::int32_t) { ++blocks; });
+      neighbours.visit_after(a, [&](std::int32_t) { ++blocks; });
     }
   }
   // The least that any factorisation takes: a full matrix in dense storage, with its workspace, has
@@ -67,12 +80,11 @@ SymmetricPattern reduced_pattern(const BlockLayout& layout, Side eliminated) {
   for (std::int64_t a = 0; a <= count; ++a) {
     pattern.offset.push_back(a * layout.block_size(kept));
   }
-  std::vector<std::int64_t> seen(index(count), -1);
+  Neighbours neighbours(layout, eliminated);
   pattern.row_begin.push_back(0);
   for (std::int64_t a = 0; a < count; ++a) {
     pattern.column.push_back(static_cast<std::int32_t>(a));
-    for_neighbours(layout.incidence(kept), layout.incidence(eliminated), a, seen,
-                   [&](std::int32_t b) { pattern.column.push_back(b); });
+    neighbours.visit_after(a, [&](std::int32_t b) { pattern.column.push_back(b); });
     std::sort(pattern.column.begin() + pattern.row_begin.back(), pattern.column.end());
     pattern.row_begin.push_back(static_cast<std::int64_t>(pattern.column.size()));
   }

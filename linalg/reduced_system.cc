@@ -12,4 +12,8 @@ std::unique_ptr<ReducedSystem> make_reduced_system(const BlockLayout& layout,
   return std::make_unique<FullSystem>(layout, pool);
 }
 
+double reduced_system_memory(const LayoutSize& n, std::optional<Side> eliminated, bool assembled) {
+  return eliminated ? SchurComplement::memory(n, *eliminated, assembled) : FullSystem::memory(n);
+}
+
 }  // namespace raybundle::linalg

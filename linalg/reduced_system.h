@@ -65,4 +65,7 @@ std::unique_ptr<ReducedSystem> make_reduced_system(const BlockLayout& layout,
                                                    std::optional<Side> eliminated,
                                                    ThreadPool& pool);
 
+/// Its bytes, for products or for explicit matrices alone.
+double reduced_system_memory(const LayoutSize& n, std::optional<Side> eliminated, bool assembled);
+
 }  // namespace raybundle::linalg

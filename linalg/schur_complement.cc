@@ -37,6 +37,7 @@ SchurComplement::SchurComplement(const BlockLayout& layout, Side eliminated, Thr
   static_cast<void>(elimination_kernels(shape, eliminated == Side::leaves));  // or throws
   most_residuals_ = layout.row_size * most_rows(layout, eliminated);
   scratch_.resize(index(max_chunks * most_residuals_));
+  if (eliminated == Side::hubs) hub_positions_ = positions(layout.hub_side);
 }
 
 const EliminationKernels& SchurComplement::kernels() const {
@@ -44,9 +45,28 @@ const EliminationKernels& SchurComplement::kernels() const {
                              eliminated_ == Side::leaves);
 }
 
+double SchurComplement::memory(const LayoutSize& n, Side eliminated, bool assembled) {
+  const double block = n.block_size(eliminated);
+  const auto size = static_cast<double>(n.size(eliminated));
+  const auto rows = static_cast<double>(n.rows), residuals = static_cast<double>(n.residuals());
+  double bytes = 8 * (block * size + size);
+  if (n.anchored() && assembled) bytes += 8.0 * n.block.hub * n.block.leaf * rows;
+  if (eliminated == Side::hubs) bytes += 8 * block * size + 4 * rows;
+  if (assembled) {
+    const std::int64_t kept = n.block_count(opposite(eliminated));
+    return bytes + 4 * static_cast<double>(chunks(kept, 1).pieces * kept);  // slots
+  }
+  if (eliminated == Side::hubs) return bytes + 8 * residuals;
+  const int hub = n.block.hub, operand = operand_size(n.block.row, hub);
+  return bytes + 8.0 * operand * static_cast<double>(n.hubs) + HubSums::memory(n, operand) +
+         HubSums::memory(n, triangle_size(hub) + hub);
+}
+
 EliminationView SchurComplement::view() {
+  SideView eliminated = side_view(layout_, eliminated_);
+  if (eliminated_ == Side::hubs) eliminated.position = hub_positions_.data();
   return {side_view(layout_, kept_),
-          side_view(layout_, eliminated_),
+          eliminated,
           at_.J->blocks(kept_),
           at_.J->blocks(eliminated_),
           damping(eliminated_),

@@ -18,6 +18,9 @@ class SchurComplement final : public ReducedSystem {
   /// Throws std::invalid_argument for hubs to be eliminated that are anchors.
   SchurComplement(const BlockLayout& layout, Side eliminated, ThreadPool& pool);
 
+  /// Bytes, for products or for explicit matrices alone.
+  static double memory(const LayoutSize& n, Side eliminated, bool assembled);
+
   std::int64_t size() const override { return layout_.size(kept_); }
   std::int64_t offset() const override { return layout_.offset(kept_); }
   void prepare(const Linearization& at, const double* damping) override;
@@ -64,6 +67,7 @@ class SchurComplement final : public ReducedSystem {
   HubSums product_sums_;             // of apply_to_hubs()
   HubSums diagonal_sums_;            // of reduced_diagonal_of_hubs()
   std::vector<double> hub_blocks_;   // of H, where hubs are eliminated
+  LargeVector<std::int32_t> hub_positions_;  // likewise
   std::int64_t most_residuals_ = 0;  // of an eliminated block
   LargeVector<double> scratch_;      // for the residuals of one, by piece of work
   std::vector<std::int32_t> slot_;   // per piece of work: kept block -> slot in a block row

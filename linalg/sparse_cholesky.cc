@@ -91,9 +91,10 @@ SparseCholesky::~SparseCholesky() = default;
 double SparseCholesky::memory(const SymmetricPattern& pattern, const Ordering& ordering) {
   // Values, row indices, and the permuted copies that CHOLMOD analyses and factors (as measured);
   // supernodes store the upper part of their diagonal blocks and some explicit zeros.
-  constexpr double per_entry = 60;
+  constexpr double per_entry = 51;
   constexpr double supernode_overhead = 1.3;
-  return per_entry * static_cast<double>(pattern.scalar_nonzeros()) +
+  constexpr double libraries = 7e6;  // their code and the buffers of the BLAS
+  return libraries + per_entry * static_cast<double>(pattern.scalar_nonzeros()) +
          supernode_overhead * 8 * ordering.nonzeros;
 }
 

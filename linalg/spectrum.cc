@@ -101,7 +101,8 @@ BlockSpectrum block_spectrum(const double* blocks, int size, std::int64_t count,
 }
 
 ReducedSpectrum::ReducedSpectrum(const BlockLayout& layout, ThreadPool& pool)
-    : system_(make_reduced_system(layout, Side::leaves, pool)),
+    : pool_(pool),
+      system_(make_reduced_system(layout, Side::leaves, pool)),
       cholesky_(Cholesky::make(plan_cholesky(system_->pattern()), pool)),
       damping_(index(layout.unknowns())),
       gradient_(index(system_->size())) {}
@@ -118,7 +119,7 @@ std::vector<double> ReducedSpectrum::start() const {
 }
 
 Spectrum ReducedSpectrum::measure(const Linearization& at) {
-  at.normal->diagonal(0, std::numeric_limits<double>::max(), damping_.data());
+  at.normal->diagonal(0, std::numeric_limits<double>::max(), damping_.data(), pool_);
   for (double& d : damping_) d = d > 0 ? 0 : 1;
   system_->prepare(at, damping_.data());
   const std::vector<double> values = start();

@@ -43,6 +43,7 @@ class ReducedSpectrum {
  private:
   std::vector<double> start() const;
 
+  ThreadPool& pool_;
   std::unique_ptr<ReducedSystem> system_;
   std::unique_ptr<Cholesky> cholesky_;
   std::vector<double> damping_;  // 1 for unknowns that no row feels

@@ -62,8 +62,8 @@ AnchorPoses CameraPoses::of(const Anchors& anchors) const {
           anchors.associate < 0 ? nullptr : P(anchors.associate)};
 }
 
-SeenRays CameraPoses::seen(const std::vector<std::int32_t>& row_camera,
-                           const std::vector<double>& rays) const {
+SeenRays CameraPoses::seen(std::span<const std::int32_t> row_camera,
+                           std::span<const double> rays) const {
   return {row_camera.data(), rays.data(), R_cw_.data(), P_.data()};
 }
 

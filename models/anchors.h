@@ -4,6 +4,7 @@
 #include <raybundle/models/problem.h>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace raybundle {
@@ -31,7 +32,7 @@ class CameraPoses {
   const double* P(std::int32_t camera) const { return P_.data() + 3 * std::int64_t{camera}; }
   AnchorPoses of(const Anchors& anchors) const;
   /// What these cameras saw along `rays`; row_camera and rays outlive it.
-  SeenRays seen(const std::vector<std::int32_t>& row_camera, const std::vector<double>& rays) const;
+  SeenRays seen(std::span<const std::int32_t> row_camera, std::span<const double> rays) const;
 
  private:
   std::vector<double> R_cw_, P_;

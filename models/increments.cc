@@ -47,8 +47,8 @@ class Differences {
   Differences(const Problem& problem, PointModel points, linalg::ThreadPool& pool)
       : pool_(pool),
         anchored_(is_anchored(points)),
-        objective_(without_masks(problem), {.pose_update = PoseUpdate::global, .points = points},
-                   pool),
+        problem_(without_masks(problem)),
+        objective_(problem_, {.pose_update = PoseUpdate::global, .points = points}, pool),
         state_(objective_.state_of(problem)),
         moved_(state_),
         J_(objective_.layout()),
@@ -93,6 +93,7 @@ class Differences {
 
   linalg::ThreadPool& pool_;
   bool anchored_;
+  Problem problem_;
   Objective objective_;
   State state_, moved_;
   linalg::BlockJacobian J_, unused_;

@@ -32,13 +32,12 @@ Objective::Objective(const Problem& problem, const Formulation& formulation,
       pool_(pool),
       kernels_(residual_kernels(is_anchored(formulation.points), formulation.pose_update,
                                 sensor_of(formulation))),
-      rows_((validate(problem), problem)),
       aspect_(problem.aspect),
       fixed_camera_parameters_(problem.fixed_camera_parameters),
       fixed_points_(problem.fixed_points) {
+  validate(problem, pool);
   validate(loss);
   check_fixed();
-  pixels_ = in_row_order(rows_, problem.observations, 2);
   frames_.resize(index(problem.camera_count()));
   compile_layout(problem);
   rounding_cost_ = rounding_cost_of(problem);
@@ -47,57 +46,95 @@ Objective::Objective(const Problem& problem, const Formulation& formulation,
   if (is_anchored(formulation.points) && !fixed_points_.empty()) places_ = problem.points;
 }
 
+linalg::LayoutSize Objective::layout_size(const Problem& problem, const Formulation& formulation) {
+  const Sensor sensor = sensor_of(formulation);
+  const int anchors = formulation.points == PointModel::idp ? 1 : 2;
+  return {.block = {residual_size(sensor), camera_unknowns(sensor), Problem::point_size},
+          .hubs = problem.camera_count(),
+          .leaves = problem.point_count(),
+          .rows = problem.observation_count(),
+          .anchors = is_anchored(formulation.points) ? anchors : 0};
+}
+
+double Objective::memory(const Problem& problem, const Formulation& formulation) {
+  const linalg::LayoutSize n = layout_size(problem, formulation);
+  const auto rows = static_cast<double>(n.rows);
+  double bytes = linalg::BlockLayout::memory(n) + sizeof(CameraFrame) * static_cast<double>(n.hubs);
+  if (!is_in_row_order(problem)) bytes += 16 * rows;
+  if (formulation.objective == ObjectiveKind::ray) bytes += 24 * rows;
+  if (n.anchored()) bytes += sizeof(Anchors) * static_cast<double>(n.leaves);
+  return bytes;
+}
+
 void Objective::compile_layout(const Problem& problem) {
   const bool anchored = is_anchored(formulation_.points);
   const bool ray = formulation_.objective == ObjectiveKind::ray;
-  if (ray) rays_ = in_row_order(rows_, observed_rays(problem), 3);
-  if (anchored) {
-    choose_all_anchors(problem, ray ? rays_ : in_row_order(rows_, apparent_rays(problem), 3));
+  ObservationRows rows(problem, pool_);
+  if (!rows.observation.empty()) {
+    sorted_pixels_ = in_row_order(rows, problem.observations, 2, pool_);
   }
-  if (ray && formulation_.ray_weight == RayWeight::focal) {
-    for (std::size_t i = 0; i < rays_.size(); ++i) {
-      rays_[i] *= std::abs(problem.cameras[9 * index(rows_.camera[i / 3]) + 6]);
-    }
+  pixels_ = sorted_pixels_.empty() ? problem.observations.data() : sorted_pixels_.data();
+  linalg::LargeVector<double> rays;
+  if (ray || anchored) {
+    rays = in_row_order(rows, ray ? observed_rays(problem) : apparent_rays(problem), 3, pool_);
   }
-  const Sensor sensor = sensor_of(formulation_);
-  const linalg::BlockSizes sizes = {residual_size(sensor), camera_unknowns(sensor),
-                                    Problem::point_size};
-  layout_ = linalg::make_layout(sizes, problem.camera_count(), problem.point_count(), rows_.point,
-                                rows_.camera);
-  if (!anchored) return;
-  std::vector<linalg::LeafAnchors> anchors;
-  for (const Anchors& each : anchors_) anchors.push_back({each.main, each.associate});
-  linalg::anchor_leaves(layout_, anchors);
+  layout_ = linalg::make_layout(
+      layout_size(problem, formulation_).block, problem.camera_count(), problem.point_count(),
+      {std::move(rows.point), std::move(rows.camera), std::move(rows.begin)}, pool_);
+  rows_ = {layout_.row_hub(), layout_.row_leaf(), layout_.leaf_rows()};
+  if (anchored) choose_all_anchors(problem, rays);
+  if (!ray) return;
+  rays_ = std::move(rays);
+  if (formulation_.ray_weight == RayWeight::focal) weigh_rays(problem);
+}
+
+void Objective::weigh_rays(const Problem& problem) {
+  for (std::size_t i = 0; i < rays_.size(); ++i) {
+    rays_[i] *= std::abs(problem.cameras[9 * index(rows_.camera[i / 3]) + 6]);
+  }
 }
 
 double Objective::rounding_cost_of(const Problem& problem) const {
   constexpr double resolution = 1000 * std::numeric_limits<double>::epsilon();
-  double squares = 0;
-  if (formulation_.objective == ObjectiveKind::pixel) {
-    for (const double x : pixels_) squares += x * x;
-  } else {
-    const bool of_lens = formulation_.ray_weight == RayWeight::pixel;
-    for (std::size_t i = 0; i < rays_.size(); ++i) {
-      const double f = of_lens ? problem.cameras[9 * index(rows_.camera[i / 3]) + 6] : 1;
-      squares += f * f * rays_[i] * rays_[i];
+  const bool of_lens = formulation_.ray_weight == RayWeight::pixel;
+  const auto squares_of = [&](std::int64_t row) {
+    if (formulation_.objective == ObjectiveKind::pixel) {
+      const double* u = pixels_ + 2 * row;
+      return u[0] * u[0] + u[1] * u[1];
     }
-  }
+    const double f = of_lens ? problem.cameras[9 * index(rows_.camera[index(row)]) + 6] : 1;
+    const double* ray = rays_.data() + 3 * row;
+    return f * f * (ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2]);
+  };
+  const double squares = linalg::parallel_sum(pool_, layout_.rows, row_grain,
+                                              [&](std::int64_t first, std::int64_t last) {
+                                                double sum = 0;
+                                                for (; first < last; ++first) {
+                                                  sum += squares_of(first);
+                                                }
+                                                return sum;
+                                              });
   return 0.5 * resolution * resolution * squares;
 }
 
-void Objective::choose_all_anchors(const Problem& problem, const std::vector<double>& rays) {
+void Objective::choose_all_anchors(const Problem& problem,
+                                   const linalg::LargeVector<double>& rays) {
   const CameraPoses poses(problem.cameras);
   const SeenRays seen = poses.seen(rows_.camera, rays);
   const bool idp = formulation_.points == PointModel::idp;
   anchors_.resize(index(problem.point_count()));
+  std::vector<linalg::LeafAnchors> of_leaves(anchors_.size());
   linalg::parallel_for(
       pool_, problem.point_count(), 64, [&](std::int64_t first, std::int64_t last) {
         for (std::int64_t i = first; i < last; ++i) {
-          anchors_[index(i)] =
+          Anchors& chosen = anchors_[index(i)];
+          chosen =
               choose_anchors(seen, {rows_.begin[index(i)], rows_.begin[index(i + 1)]}, idp).anchors;
-          if (idp) anchors_[index(i)].associate = -1;
+          if (idp) chosen.associate = -1;
+          of_leaves[index(i)] = {chosen.main, chosen.associate};
         }
       });
+  linalg::anchor_leaves(layout_, of_leaves);
 }
 
 void Objective::check_fixed() const {
@@ -184,14 +221,9 @@ void Objective::update_frames(const State& state) {
 
 ResidualInput Objective::input(const State& state) const {
   const bool ray = formulation_.objective == ObjectiveKind::ray;
-  return {frames_.data(),
-          state.points.data(),
-          rows_.camera.data(),
-          rows_.point.data(),
-          ray ? rays_.data() : pixels_.data(),
-          formulation_.points,
-          anchors_.data(),
-          layout_.anchorage.begin.data()};
+  return {frames_.data(),     state.points.data(),           rows_.camera.data(),
+          rows_.point.data(), ray ? rays_.data() : pixels_,  formulation_.points,
+          anchors_.data(),    layout_.anchorage.begin.data()};
 }
 
 void Objective::set_loss_scale(double scale) {
@@ -265,7 +297,7 @@ double Objective::pixel_cost(const State& state) {
   }
   update_frames(state);
   ResidualInput in = input(state);
-  in.observed = pixels_.data();
+  in.observed = pixels_;
   const ResidualKernels& kernels =
       residual_kernels(is_anchored(formulation_.points), formulation_.pose_update, Sensor::pixel);
   return linalg::parallel_sum(

@@ -9,6 +9,7 @@
 #include <raybundle/models/residual_kernels.h>
 #include <raybundle/models/robust_loss.h>
 
+#include <span>
 #include <vector>
 
 namespace raybundle {
@@ -28,15 +29,22 @@ struct State {
 /// by point, then camera. Anchored points take their anchors from the problem as it is then.
 class Objective {
  public:
-  /// Copies what it needs of the problem. Throws InputError when the problem is inconsistent, or
+  /// Reads the observations of the problem where they are, if they are in the order of rows: they
+  /// outlive this and stay as they are. Copies all else it needs. Throws InputError when the problem is inconsistent, or
   /// when it fixes a part of a pose that the update cannot hold: a local update turns a rotation
   /// and moves a translation as a whole, se3 only the whole pose; when the loss has no legal scale;
   /// for rays, when a lens cannot have made an observation. Throws std::invalid_argument for rays
   /// and free lenses.
   Objective(const Problem& problem, const Formulation& formulation, linalg::ThreadPool& pool,
             const RobustLoss& loss = {});
+  Objective(const Problem&& problem, const Formulation& formulation, linalg::ThreadPool& pool,
+            const RobustLoss& loss = {}) = delete;
   Objective(const Objective&) = delete;  // others hold its layout
   Objective& operator=(const Objective&) = delete;
+
+  /// Bytes that it will take, its layout included.
+  static double memory(const Problem& problem, const Formulation& formulation);
+  static linalg::LayoutSize layout_size(const Problem& problem, const Formulation& formulation);
 
   const linalg::BlockLayout& layout() const { return layout_; }
   const Formulation& formulation() const { return formulation_; }
@@ -91,12 +99,20 @@ class Objective {
   double relative_step(const State& state, const double* step, double tolerance) const;
 
  private:
+  /// What the layout knows of rows.
+  struct Rows {
+    std::span<const std::int32_t> camera;
+    std::span<const std::int32_t> point;
+    std::span<const std::int64_t> begin;  ///< rows of point i: [i] .. [i + 1]
+  };
+
   void check_fixed() const;
   double rounding_cost_of(const Problem& problem) const;
   void hold_gauge(const Problem& problem);
   int scale_component(const CameraFrame& first, const CameraFrame& second) const;
   void compile_layout(const Problem& problem);
-  void choose_all_anchors(const Problem& problem, const std::vector<double>& rays);
+  void choose_all_anchors(const Problem& problem, const linalg::LargeVector<double>& rays);
+  void weigh_rays(const Problem& problem);
   template <class Place>
   void place_points(State& state, Place&& place) const;
   PointSides sides(std::int64_t i, const double* X, const CameraPoses& poses) const;
@@ -120,12 +136,13 @@ class Objective {
   RobustLoss loss_;
   linalg::ThreadPool& pool_;
   const ResidualKernels& kernels_;
-  ObservationRows rows_;
   linalg::BlockLayout layout_;
+  Rows rows_;
   double aspect_;
-  std::vector<Anchors> anchors_;  // per point; empty for xyz
-  std::vector<double> pixels_;    // observed, per row
-  std::vector<double> rays_;      // observed, per row; empty for pixels
+  std::vector<Anchors> anchors_;               // per point; empty for xyz
+  linalg::LargeVector<double> sorted_pixels_;  // empty where the problem has them in order
+  const double* pixels_ = nullptr;             // observed, per row
+  linalg::LargeVector<double> rays_;           // observed, per row; empty for pixels
   double rounding_cost_ = 0;
   std::vector<CameraFrame> frames_;
   std::vector<std::uint16_t> fixed_camera_parameters_;

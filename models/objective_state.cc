@@ -81,7 +81,7 @@ State Objective::state_of(const Problem& problem) const {
 State Objective::state_from_rays(const Problem& problem) const {
   State state = state_of(problem);
   const CameraPoses poses(problem.cameras);
-  const std::vector<double> rays = in_row_order(rows_, apparent_rays(problem), 3);
+  const auto rays = in_row_order(ObservationRows(problem, pool_), apparent_rays(problem), 3, pool_);
   const SeenRays seen = poses.seen(rows_.camera, rays);
   const bool idp = formulation_.points == PointModel::idp;
   place_points(state, [&](std::int64_t i, double* stored) {

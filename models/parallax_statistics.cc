@@ -84,7 +84,8 @@ bool is_collinear(const std::vector<Vector3d>& centres, const std::vector<Vector
 
 ParallaxStatistics parallax_statistics(const Problem& problem) {
   const std::vector<double> places = camera_centres(problem);
-  const ObservationRows rows(problem);
+  linalg::ThreadPool alone(1);
+  const ObservationRows rows(problem, alone);
   ParallaxStatistics result;
   std::vector<Vector3d> centres, rays;
   for (std::size_t i = 0; i + 1 < rows.begin.size(); ++i) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <raybundle/linalg/parallel.h>
+
 #include <cstdint>
 #include <vector>
 
@@ -43,5 +45,6 @@ struct Problem {
 /// Throws InputError when array sizes disagree, an index is out of range, a number is not finite or
 /// there is no camera, no point or no observation. Cameras and points nobody observes are legal.
 void validate(const Problem& problem);
+void validate(const Problem& problem, linalg::ThreadPool& pool);  ///< the same, in parallel
 
 }  // namespace raybundle

@@ -4,6 +4,7 @@
 #include <raybundle/models/statistics.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -41,6 +42,28 @@ class Reprojection {
     }
   }
 
+  /// |r|^2 of observation k; `behind` counts it when its point is behind its camera.
+  double squared_residual(std::int64_t k, std::int64_t& behind) const;
+
+  /// Of all; the tree of the pairwise summation is the same for any number of threads.
+  RangeSums sums(std::int64_t count, linalg::ThreadPool& pool) const {
+    constexpr std::int64_t branches = 64;
+    std::array<RangeSums, branches> parts;
+    const linalg::Chunks pieces = linalg::chunks(count, 1, branches);
+    pool.run(pieces.pieces,
+             [&](std::int64_t i) { parts[index(i)] = sums(pieces.begin(i), pieces.end(i)); });
+    for (std::size_t width = branches / 2; width > 0; width /= 2) {
+      for (std::size_t i = 0; i < width; ++i) parts[i] = both(parts[2 * i], parts[2 * i + 1]);
+    }
+    return parts[0];
+  }
+
+ private:
+  static RangeSums both(const RangeSums& left, const RangeSums& right) {
+    return {left.squared + right.squared, larger(left.largest_squared, right.largest_squared),
+            left.behind + right.behind};
+  }
+
   /// Pairwise summation: the error grows with the logarithm of the count, and the order is fixed.
   RangeSums sums(std::int64_t first, std::int64_t last) const {
     constexpr std::int64_t run_length = 64;
@@ -50,18 +73,9 @@ class Reprojection {
       return result;
     }
     const std::int64_t middle = first + (last - first) / 2;
-    const RangeSums left = sums(first, middle);
-    const RangeSums right = sums(middle, last);
-    result.squared = left.squared + right.squared;
-    result.largest_squared = larger(left.largest_squared, right.largest_squared);
-    result.behind = left.behind + right.behind;
-    return result;
+    return both(sums(first, middle), sums(middle, last));
   }
 
-  /// |r|^2 of observation k; `behind` counts it when its point is behind its camera.
-  double squared_residual(std::int64_t k, std::int64_t& behind) const;
-
- private:
   const double* camera(std::int64_t j) const {
     return &problem_.cameras[index(j * Problem::camera_size)];
   }
@@ -107,10 +121,15 @@ void visit_squares(const Problem& problem, const Visit& visit) {
 }  // namespace
 
 ReprojectionStatistics reprojection_statistics(const Problem& problem) {
+  linalg::ThreadPool alone(1);
+  return reprojection_statistics(problem, alone);
+}
+
+ReprojectionStatistics reprojection_statistics(const Problem& problem, linalg::ThreadPool& pool) {
   ReprojectionStatistics result;
   const std::int64_t count = problem.observation_count();
   if (count == 0) return result;
-  const RangeSums sums = Reprojection(problem).sums(0, count);
+  const RangeSums sums = Reprojection(problem).sums(count, pool);
   result.cost = 0.5 * sums.squared;
   result.rmse = std::sqrt(sums.squared / static_cast<double>(count));
   result.largest = std::sqrt(sums.largest_squared);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <raybundle/linalg/parallel.h>
 #include <raybundle/models/problem.h>
 
 #include <cstdint>
@@ -19,6 +20,8 @@ struct ReprojectionStatistics {
 /// Of a valid problem. Cost and RMSE are not finite when a point lies in the plane of a camera that
 /// observes it.
 ReprojectionStatistics reprojection_statistics(const Problem& problem);
+/// The same bits, by a number of threads.
+ReprojectionStatistics reprojection_statistics(const Problem& problem, linalg::ThreadPool& pool);
 
 /// The residuals of one camera, or of one point.
 struct ResidualSummary {
@@ -99,6 +102,9 @@ struct StructureStatistics {
 /// camera_pairs: for each observation at most as many operations as its track is long or as there
 /// are cameras / 64, whichever is less.
 StructureStatistics structure_statistics(const Problem& problem);
+
+/// The same without camera_pairs and parallax, which take longer than all else.
+StructureStatistics degree_statistics(const Problem& problem);
 
 /// Sentences about what is legal but deserves attention (cameras or points nobody observes, ...).
 std::vector<std::string> warnings(const StructureStatistics& structure);

@@ -184,6 +184,29 @@ class PairCounter {
   std::vector<std::int32_t> partners_;   // its partners from short tracks
 };
 
+/// Who observes whom, both ways.
+struct Incidences {
+  explicit Incidences(const Problem& problem)
+      : cameras_of(
+            group_by(problem.observation_point, problem.observation_camera, problem.point_count())),
+        points_of(group_by(problem.observation_camera, problem.observation_point,
+                           problem.camera_count())) {}
+
+  Groups cameras_of;
+  Groups points_of;
+};
+
+StructureStatistics of_groups(const Problem& problem, const Incidences& incidences) {
+  StructureStatistics result;
+  result.cameras = problem.camera_count();
+  result.points = problem.point_count();
+  result.observations = problem.observation_count();
+  point_degrees(incidences.cameras_of, result);
+  camera_degrees(incidences.points_of, result);
+  connectivity(incidences.cameras_of, incidences.points_of, result);
+  return result;
+}
+
 std::string counted(std::int64_t count, const std::string& one, const std::string& many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }
@@ -194,19 +217,14 @@ std::string first(const std::string& what, std::int64_t i) {
 
 }  // namespace
 
+StructureStatistics degree_statistics(const Problem& problem) {
+  return of_groups(problem, Incidences(problem));
+}
+
 StructureStatistics structure_statistics(const Problem& problem) {
-  StructureStatistics result;
-  result.cameras = problem.camera_count();
-  result.points = problem.point_count();
-  result.observations = problem.observation_count();
-  const Groups cameras_of =
-      group_by(problem.observation_point, problem.observation_camera, result.points);
-  const Groups points_of =
-      group_by(problem.observation_camera, problem.observation_point, result.cameras);
-  point_degrees(cameras_of, result);
-  camera_degrees(points_of, result);
-  connectivity(cameras_of, points_of, result);
-  PairCounter pairs(cameras_of, points_of);
+  const Incidences incidences(problem);
+  StructureStatistics result = of_groups(problem, incidences);
+  PairCounter pairs(incidences.cameras_of, incidences.points_of);
   for (std::int64_t j = 0; j < result.cameras; ++j) {
     result.camera_pairs += pairs.later_partners(j);
   }

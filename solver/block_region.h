@@ -15,6 +15,11 @@ class BlockRegion {
   BlockRegion(const linalg::BlockLayout& layout, std::optional<linalg::Side> eliminated)
       : layout_(layout), side_(eliminated) {}
 
+  /// Bytes: a damping of its own, and lengths twice, of which the median is taken.
+  static double memory(const linalg::LayoutSize& n, linalg::Side eliminated) {
+    return 8 * static_cast<double>(n.unknowns() + 2 * n.block_count(eliminated));
+  }
+
   /// The damping of the request, raised where its block radius asks for it; valid until the next
   /// call.
   const double* hold(const StepRequest& request);

@@ -12,6 +12,9 @@ class Diagnoser {
   /// layout and pool outlive it. Throws std::bad_alloc or MemoryRefusal.
   Diagnoser(const linalg::BlockLayout& layout, linalg::ThreadPool& pool);
 
+  /// Bytes, without the matrix.
+  static double memory(const linalg::LayoutSize& n);
+
   Diagnosis measure(const linalg::Linearization& at);
 
  private:

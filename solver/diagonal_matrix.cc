@@ -24,20 +24,22 @@ std::array<double, 9> camera_weights(const Increments& inc, double unit) {
 }
 
 void fill_blocks(const linalg::BlockLayout& layout, linalg::Side side, const double* block,
-                 std::vector<double>& d) {
+                 double* d) {
   const int size = layout.block_size(side);
-  for (std::int64_t i = 0; i < layout.block_count(side); ++i) {
-    std::copy_n(block, size, d.begin() + layout.offset(side) + i * size);
+  d += layout.offset(side);
+  for (std::int64_t i = 0; i < layout.block_count(side); ++i, d += size) {
+    std::copy_n(block, size, d);
   }
 }
 
 }  // namespace
 
 void fill_diagonal(DiagonalMatrix kind, const Increments& inc, PointModel points,
-                   const linalg::NormalEquations& normal, std::vector<double>& d) {
+                   const linalg::NormalEquations& normal, linalg::LargeVector<double>& d,
+                   linalg::ThreadPool& pool) {
   d.resize(normal.gradient.size());
   if (kind == DiagonalMatrix::diag_h) {
-    normal.diagonal(min_diagonal, max_diagonal, d.data());
+    normal.diagonal(min_diagonal, max_diagonal, d.data(), pool);
     return;
   }
   std::fill(d.begin(), d.end(), 1.0);
@@ -45,10 +47,10 @@ void fill_diagonal(DiagonalMatrix kind, const Increments& inc, PointModel points
   const bool anchored = is_anchored(points);
   const double unit = anchored ? inc.direction : inc.point;
   const std::array<double, 9> camera = camera_weights(inc, unit);
-  fill_blocks(*normal.layout, linalg::Side::hubs, camera.data(), d);
+  fill_blocks(*normal.layout, linalg::Side::hubs, camera.data(), d.data());
   if (!anchored) return;
   const std::array<double, 3> point = {squared_ratio(unit, inc.parallax), 1, 1};
-  fill_blocks(*normal.layout, linalg::Side::leaves, point.data(), d);
+  fill_blocks(*normal.layout, linalg::Side::leaves, point.data(), d.data());
 }
 
 Increments increments(const Options& options) {

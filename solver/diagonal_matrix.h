@@ -19,7 +19,8 @@ constexpr double max_diagonal = 1e32;
 /// As damping matrix it is D of [Qu18, Eq. 2.49]. As scaling p~ = D p of [Qu18, Eq. 3.94] it is D^T
 /// D, like D' in [Qu18, Eq. 2.52]: taken literally, D = diag(H) would mix units.
 void fill_diagonal(DiagonalMatrix kind, const Increments& increments, PointModel points,
-                   const linalg::NormalEquations& normal, std::vector<double>& d);
+                   const linalg::NormalEquations& normal, linalg::LargeVector<double>& d,
+                   linalg::ThreadPool& pool);
 
 /// The increments that `options` ask for.
 Increments increments(const Options& options);

@@ -19,6 +19,7 @@ struct OptionInfo {
   const char* help;  ///< one line
   double low = -std::numeric_limits<double>::infinity();  ///< smallest legal value (numbers only)
   double high = std::numeric_limits<double>::infinity();  ///< largest legal value (numbers only)
+  bool bytes = false;  ///< a size, which may be written with a unit
 };
 
 /// The one table of options: calls visit(field, info) for each, in the order of the help page.
@@ -130,6 +131,12 @@ void visit_options(AnyOptions& o, Visit&& visit) {
       o.inc.direction,
       OptionInfo{"inc-direction", "increment of directions of anchored points, radians; auto: 1e-9",
                  1e-100, 1e100});
+  visit(o.memory_limit,
+        OptionInfo{.name = "memory-limit",
+                   .help = "most memory of the process, such as 4GB or 500MB: what would take "
+                           "more is refused",
+                   .low = 0,
+                   .bytes = true});
   visit(o.diagnose,
         OptionInfo{"diagnose", "log eigenvalues of points and reduced system after each step"});
   visit(o.threads, OptionInfo{"threads", "worker threads; 0 means all cores", 0, 1024});

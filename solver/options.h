@@ -97,6 +97,9 @@ struct Options {
 
   IncrementOptions inc = {};
 
+  /// Bytes that the process may come to, as predicted: more is refused before it is asked for.
+  double memory_limit = std::numeric_limits<double>::infinity();
+
   bool diagnose = false;  ///< eigenvalues of every linearisation: IterationRecord::diagnosis
   int threads = 0;        ///< 0: all cores
 };

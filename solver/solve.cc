@@ -7,9 +7,29 @@
 #include <raybundle/solver/trust_region.h>
 #include <raybundle/solver/working_memory.h>
 
+#include <algorithm>
 #include <string>
 
 namespace raybundle {
+namespace {
+
+// Refuses what does not fit beside what the process has already; returns what it leaves.
+double require_working_memory(const Problem& problem, const Options& options) {
+  const std::string what = "solving " + std::to_string(problem.observation_count()) +
+                           " observations by " + name(options.method);
+  const double needed = working_memory(problem, options);
+  linalg::require_memory(needed, what);
+  const double resident = linalg::resident_memory();
+  const double left = options.memory_limit - resident - needed;
+  if (left < 0) {
+    throw MemoryRefusal(what + " needs " + linalg::memory_text(needed) + " beside " +
+                        linalg::memory_text(resident) + " in use, and the limit is " +
+                        linalg::memory_text(options.memory_limit));
+  }
+  return std::min(left, linalg::available_memory() - needed);
+}
+
+}  // namespace
 
 Summary solve(Problem& problem, const Options& options, const Observer& observer) {
   const auto start = TrustRegion::Clock::now();
@@ -22,11 +42,11 @@ Summary solve(Problem& problem, const Options& options, const Observer& observer
   linalg::ThreadPool pool(options.threads > 0 ? options.threads : linalg::available_threads());
   effective.threads = pool.threads();
 
-  linalg::require_memory(working_memory(problem, effective),
-                         "solving " + std::to_string(problem.observation_count()) +
-                             " observations by " + name(effective.method));
+  const double left_for_matrix = require_working_memory(problem, effective);
   Objective objective(problem, formulation(effective), pool, robust_loss(effective));
-  const auto steps = make_step_solver(effective, objective.layout(), pool);
+  Options for_steps = effective;
+  for_steps.memory_limit = left_for_matrix;
+  const auto steps = make_step_solver(for_steps, objective.layout(), pool);
   effective.linear = steps->linear();
 
   State state = effective.point_start == PointStart::rays ? objective.state_from_rays(problem)

@@ -15,6 +15,14 @@ std::unique_ptr<StepSolver> make_step_solver(const Options& options,
   return make_pcg_step(options, *options.elimination, layout, pool);
 }
 
+double step_memory(const Options& options, const linalg::LayoutSize& n) {
+  const MethodTraits& method = traits(options.method);
+  if (method.inner == InnerSolve::cholesky) return cholesky_step_memory(options, n);
+  if (method.inner == InnerSolve::dogleg) return dogleg_step_memory(options, n);
+  if (method.adaptive) return adaptive_step_memory(options, n);
+  return pcg_step_memory(options, *options.elimination, n);  // auto: with a matrix it takes less
+}
+
 std::optional<linalg::Side> eliminated_side(Elimination elimination) {
   switch (elimination) {
     case Elimination::points:

@@ -49,12 +49,14 @@ class StepSolver {
   /// `step` receives p for all unknowns.
   virtual StepReport solve(const StepRequest& request, double* step) = 0;
   virtual Linear linear() const = 0;
+  /// Bytes of an explicit matrix with its factor.
+  virtual double matrix_memory() const { return 0; }
   /// What does the work, for people.
   virtual std::string description() const = 0;
 };
 
-/// The one that `options` (resolved) ask for; layout and pool outlive it. Throws std::bad_alloc
-/// when its matrices cannot be held.
+/// The one that `options` (resolved) ask for; layout and pool outlive it. Here the memory limit is
+/// what a matrix with its factor may take. Throws std::bad_alloc when its matrices cannot be held.
 std::unique_ptr<StepSolver> make_step_solver(const Options& options,
                                              const linalg::BlockLayout& layout,
                                              linalg::ThreadPool& pool);
@@ -78,6 +80,17 @@ std::unique_ptr<StepSolver> make_pcg_step(const Options& options, Elimination el
 std::unique_ptr<StepSolver> make_adaptive_step(const Options& options,
                                                const linalg::BlockLayout& layout,
                                                linalg::ThreadPool& pool);
+
+/// Bytes of the one that `options` ask for, without an explicit matrix.
+double step_memory(const Options& options, const linalg::LayoutSize& n);
+double cholesky_step_memory(const Options& options, const linalg::LayoutSize& n);
+double dogleg_step_memory(const Options& options, const linalg::LayoutSize& n);
+double pcg_step_memory(const Options& options, Elimination elimination,
+                       const linalg::LayoutSize& n);
+double adaptive_step_memory(const Options& options, const linalg::LayoutSize& n);
+
+/// By what `auto` factorises in its first step; nothing: it iterates.
+std::optional<linalg::CholeskyPlan> first_automatic_plan(const linalg::BlockLayout& layout);
 
 /// The side whose blocks an elimination removes.
 std::optional<linalg::Side> eliminated_side(Elimination elimination);

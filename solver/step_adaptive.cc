@@ -1,6 +1,8 @@
 #include <raybundle/linalg/spectrum.h>
 #include <raybundle/solver/step.h>
 
+#include <algorithm>
+
 namespace raybundle {
 namespace {
 
@@ -61,6 +63,16 @@ class AdaptiveStep final : public StepSolver {
 };
 
 }  // namespace
+
+// Both, and the blocks of one side whose conditions are looked at.
+double adaptive_step_memory(const Options& options, const linalg::LayoutSize& n) {
+  const auto blocks = [&](linalg::Side side) {
+    return 8 * static_cast<double>(n.size(side) * n.block_size(side));
+  };
+  return pcg_step_memory(options, Elimination::points, n) +
+         pcg_step_memory(options, Elimination::cameras, n) +
+         std::max(blocks(linalg::Side::hubs), blocks(linalg::Side::leaves));
+}
 
 std::unique_ptr<StepSolver> make_adaptive_step(const Options& options,
                                                const linalg::BlockLayout& layout,

@@ -9,6 +9,8 @@
 namespace raybundle {
 namespace {
 
+constexpr int first_guess = 10;  // inner iterations of the first step
+
 // Damped steps by factorisation or by conjugate gradients, whichever is predicted to be the lesser
 // work. How many inner iterations there will be nobody knows beforehand: the first step assumes
 // some, every later one as many as the last had. Once it factorises it goes on doing so; to change
@@ -30,13 +32,12 @@ class AutomaticStep final : public StepSolver {
   }
 
   Linear linear() const override { return cholesky_ ? cholesky_->linear() : pcg_->linear(); }
+  double matrix_memory() const override { return cholesky_ ? cholesky_->matrix_memory() : 0; }
   std::string description() const override {
     return cholesky_ ? before_ + cholesky_->description() : pcg_->description();
   }
 
  private:
-  static constexpr int first_guess = 10;
-
   void decide(int inner_iterations) {
     const double iterating = work_.preparation + inner_iterations * work_.product;
     const double planning = pcg_ ? work_.assembly : 0;
@@ -56,6 +57,9 @@ class AutomaticStep final : public StepSolver {
   void make_plan() {
     try {
       plan_ = linalg::plan_cholesky(linalg::reduced_pattern(layout_, linalg::Side::leaves));
+      if (plan_->memory <= options_.memory_limit) return;
+      refused_ = true;
+      plan_.reset();
     } catch (const std::bad_alloc&) {
       refused_ = true;  // conjugate gradients need no such matrix
     }
@@ -74,6 +78,19 @@ class AutomaticStep final : public StepSolver {
 };
 
 }  // namespace
+
+std::optional<linalg::CholeskyPlan> first_automatic_plan(const linalg::BlockLayout& layout) {
+  const LinearWork work = linear_work(layout);
+  const double iterating = work.preparation + first_guess * work.product;
+  if (work.assembly > iterating) return std::nullopt;
+  try {
+    auto plan = linalg::plan_cholesky(linalg::reduced_pattern(layout, linalg::Side::leaves));
+    if (work.assembly + plan.work <= iterating) return plan;
+  } catch (const std::bad_alloc&) {
+    // then it iterates
+  }
+  return std::nullopt;
+}
 
 std::unique_ptr<StepSolver> make_automatic_step(const Options& options,
                                                 const linalg::BlockLayout& layout,

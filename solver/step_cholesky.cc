@@ -1,7 +1,10 @@
 #include <raybundle/linalg/cholesky.h>
+#include <raybundle/linalg/memory.h>
 #include <raybundle/linalg/reduced_pattern.h>
 #include <raybundle/solver/step.h>
 
+#include <algorithm>
+#include <string>
 #include <utility>
 
 namespace raybundle {
@@ -21,6 +24,7 @@ class CholeskyStep final : public StepSolver {
   CholeskyStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool,
                linalg::CholeskyPlan plan)
       : elimination_(*options.elimination),
+        matrix_memory_(plan.memory),
         system_(make_reduced_system(layout, eliminated_side(*options.elimination), pool)),
         cholesky_(linalg::Cholesky::make(std::move(plan), pool)),
         x_(index(system_->size())) {}
@@ -39,10 +43,12 @@ class CholeskyStep final : public StepSolver {
     const bool dense = cholesky_->matrix().storage() == linalg::Cholesky::Storage::dense;
     return dense ? Linear::dense_cholesky : Linear::sparse_cholesky;
   }
+  double matrix_memory() const override { return matrix_memory_; }
   std::string description() const override { return cholesky_->description(); }
 
  private:
   Elimination elimination_;
+  double matrix_memory_;
   std::unique_ptr<linalg::ReducedSystem> system_;
   std::unique_ptr<linalg::Cholesky> cholesky_;
   std::vector<double> x_;
@@ -56,8 +62,23 @@ std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
   const auto side = eliminated_side(*options.elimination);
   linalg::SymmetricPattern pattern = side ? linalg::reduced_pattern(layout, *side)
                                           : make_reduced_system(layout, side, pool)->pattern();
-  return make_cholesky_step(options, layout, pool,
-                            linalg::plan_cholesky(std::move(pattern), storage(options.linear)));
+  linalg::CholeskyPlan plan = linalg::plan_cholesky(std::move(pattern), storage(options.linear));
+  if (plan.memory > options.memory_limit) {
+    throw linalg::MemoryRefusal(
+        "factorising a matrix of order " + std::to_string(plan.pattern.order()) + " needs " +
+        linalg::memory_text(plan.memory) + ", and beside all else " +
+        linalg::memory_text(std::max(0.0, options.memory_limit)) + " are left");
+  }
+  return make_cholesky_step(options, layout, pool, std::move(plan));
+}
+
+// What elimination none copies: the diagonal blocks of a side at a time.
+double cholesky_step_memory(const Options& options, const linalg::LayoutSize& n) {
+  const auto side = eliminated_side(*options.elimination);
+  const double system = reduced_system_memory(n, side, true);
+  if (side) return system + 8 * static_cast<double>(n.size(opposite(*side)));
+  const auto blocks = static_cast<double>(n.size(linalg::Side::leaves) * n.block.leaf);
+  return system + 8 * (static_cast<double>(n.unknowns()) + blocks);
 }
 
 std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,

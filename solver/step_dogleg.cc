@@ -52,6 +52,7 @@ class DoglegStep final : public StepSolver {
   }
 
   Linear linear() const override { return newton_solver_->linear(); }
+  double matrix_memory() const override { return newton_solver_->matrix_memory(); }
   std::string description() const override { return newton_solver_->description(); }
 
  private:
@@ -60,8 +61,8 @@ class DoglegStep final : public StepSolver {
   }
 
   // u . v of scaled unknowns.
-  double scaled_dot(const StepRequest& request, const std::vector<double>& u,
-                    const std::vector<double>& v) const {
+  double scaled_dot(const StepRequest& request, const linalg::LargeVector<double>& u,
+                    const linalg::LargeVector<double>& v) const {
     return linalg::parallel_sum(pool_, unknowns_, 16384,
                                 [&](std::int64_t first, std::int64_t last) {
                                   double sum = 0;
@@ -73,12 +74,12 @@ class DoglegStep final : public StepSolver {
                                 });
   }
 
-  double length(const StepRequest& request, const std::vector<double>& p) const {
+  double length(const StepRequest& request, const linalg::LargeVector<double>& p) const {
     return std::sqrt(scaled_dot(request, p, p));
   }
 
   void find_cauchy_point(const StepRequest& request) {
-    const std::vector<double>& g = request.at.normal->gradient;
+    const linalg::LargeVector<double>& g = request.at.normal->gradient;
     linalg::for_entries(unknowns_, pool_, [&](std::size_t i) {
       const double inverse = inverse_scaling(request, i);
       cauchy_[i] = -inverse * inverse * g[i];
@@ -91,7 +92,7 @@ class DoglegStep final : public StepSolver {
   }
 
   void find_newton_point(const StepRequest& request, StepReport& report) {
-    request.at.normal->diagonal(0, std::numeric_limits<double>::max(), diagonal_.data());
+    request.at.normal->diagonal(0, std::numeric_limits<double>::max(), diagonal_.data(), pool_);
     regularisation_ = first_regularisation_;
     StepRequest inner = request;
     inner.damping = damping_.data();
@@ -153,10 +154,10 @@ class DoglegStep final : public StepSolver {
   double first_regularisation_;
   std::unique_ptr<StepSolver> newton_solver_;
   std::int64_t unknowns_;
-  std::vector<double> cauchy_;
-  std::vector<double> newton_;
-  std::vector<double> diagonal_;
-  std::vector<double> damping_;
+  linalg::LargeVector<double> cauchy_;
+  linalg::LargeVector<double> newton_;
+  linalg::LargeVector<double> diagonal_;
+  linalg::LargeVector<double> damping_;
   double cauchy_length_ = 0;
   double newton_length_ = 0;
   double regularisation_ = 0;
@@ -164,6 +165,11 @@ class DoglegStep final : public StepSolver {
 };
 
 }  // namespace
+
+double dogleg_step_memory(const Options& options, const linalg::LayoutSize& n) {
+  return cholesky_step_memory(options, n) +
+         8 * 4 * static_cast<double>(n.unknowns());
+}
 
 std::unique_ptr<StepSolver> make_dogleg_step(const Options& options,
                                              const linalg::BlockLayout& layout,

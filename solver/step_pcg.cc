@@ -2,6 +2,7 @@
 #include <raybundle/linalg/preconditioner.h>
 #include <raybundle/linalg/vector.h>
 #include <raybundle/solver/block_region.h>
+#include <raybundle/solver/methods.h>
 #include <raybundle/solver/step.h>
 
 #include <algorithm>
@@ -140,6 +141,26 @@ class PcgStep final : public StepSolver {
 };
 
 }  // namespace
+
+// Blocks of the preconditioner and their factors, the vectors of the iteration, and what holds the
+// eliminated blocks where nothing damps them.
+double pcg_step_memory(const Options& options, Elimination elimination,
+                       const linalg::LayoutSize& n) {
+  const auto side = eliminated_side(elimination);
+  const auto blocks_of = [&](linalg::Side kept) {
+    return side == kept ? 0 : static_cast<double>(n.size(kept) * n.block_size(kept));
+  };
+  const bool has_blocks = *options.preconditioner != Preconditioner::identity;
+  const double blocks = blocks_of(linalg::Side::hubs) + blocks_of(linalg::Side::leaves);
+  const std::int64_t size = side ? n.size(opposite(*side)) : n.unknowns();
+  const bool scaled =
+      options.scaling.value_or(DiagonalMatrix::identity) != DiagonalMatrix::identity;
+  const MethodTraits& method = traits(options.method);
+  const bool held = side && method.bounded && !method.damped;
+  return reduced_system_memory(n, side, false) + linalg::Pcg::memory(size) +
+         8 * (has_blocks ? 2 * blocks : 0) + 8 * (scaled ? 3 : 2) * static_cast<double>(size) +
+         (held ? BlockRegion::memory(n, *side) : 0);
+}
 
 std::unique_ptr<StepSolver> make_pcg_step(const Options& options, Elimination elimination,
                                           const linalg::BlockLayout& layout,

@@ -20,8 +20,10 @@
 #include <raybundle/solver/phase_timer.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace raybundle {
@@ -31,13 +33,20 @@ using linalg::index;
 
 constexpr std::int64_t vector_grain = 16384;
 
-double largest_magnitude(const std::vector<double>& x) {
-  double largest = 0;
-  for (const double value : x) {
-    if (!(std::abs(value) <= largest)) largest = std::abs(value);  // keeps a NaN
-    if (std::isnan(largest)) break;
-  }
-  return largest;
+// The larger one, or NaN where there is one.
+double larger(double a, double b) { return b <= a || std::isnan(a) ? a : b; }
+
+double largest_magnitude(const linalg::LargeVector<double>& x, linalg::ThreadPool& pool) {
+  std::array<double, linalg::max_chunks> largest = {};
+  const linalg::Chunks pieces = linalg::chunks(static_cast<std::int64_t>(x.size()), vector_grain);
+  pool.run(pieces.pieces, [&](std::int64_t piece) {
+    double most = 0;
+    for (std::int64_t i = pieces.begin(piece); i < pieces.end(piece); ++i) {
+      most = larger(most, std::abs(x[index(i)]));
+    }
+    largest[index(piece)] = most;
+  });
+  return std::accumulate(largest.begin(), largest.end(), 0.0, larger);
 }
 
 }  // namespace
@@ -51,7 +60,7 @@ TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::Thread
       start_(start),
       J_(objective.layout(), options.precision.value_or(Precision::single_precision)),
       normal_(objective.layout()),
-      damping_diagonal_(index(objective.layout().unknowns())),
+      damping_diagonal_(index(objective.layout().unknowns()), 0.0),
       step_(index(objective.layout().unknowns())),
       increments_(increments(options)),
       loss_(options),
@@ -61,6 +70,19 @@ TrustRegion::TrustRegion(Objective& objective, StepSolver& steps, linalg::Thread
   if (options.diagnose) diagnoser_.emplace(objective.layout(), pool);
   if (options.forcing) forcing_.emplace(*options.forcing_rule, *options.forcing);
   start_globalisation();
+}
+
+double TrustRegion::memory(const linalg::LayoutSize& n, const Options& options) {
+  const bool retries = options.point_steps == PointSteps::better;
+  const bool scaled =
+      options.scaling.value_or(DiagonalMatrix::identity) != DiagonalMatrix::identity;
+  const int vectors =
+      2 + (traits(options.method).damped ? 1 : 0) + (scaled ? 1 : 0) + (retries ? 1 : 0);
+  const double state =
+      9 * static_cast<double>(n.hubs) + stored_size(options.points) * static_cast<double>(n.leaves);
+  return 8 * (vectors * static_cast<double>(n.unknowns()) + 2 * state) +
+         linalg::BlockJacobian::memory(n, options.precision.value_or(Precision::single_precision)) +
+         linalg::NormalEquations::memory(n);
 }
 
 void TrustRegion::start_globalisation() {
@@ -159,9 +181,7 @@ void TrustRegion::fill_damping() {
                       [&](std::size_t i) { damping_diagonal_[i] = mu * damping_matrix_[i]; });
 }
 
-bool TrustRegion::step_is_finite() const {
-  return std::all_of(step_.begin(), step_.end(), [](double x) { return std::isfinite(x); });
-}
+bool TrustRegion::step_is_finite() const { return std::isfinite(largest_magnitude(step_, pool_)); }
 
 // What is taken back is not promised either. The cameras' step counts on points that follow: where
 // the model promises nothing without those that were taken back, all go.
@@ -237,7 +257,7 @@ void TrustRegion::linearize() {
     record_.pixel_cost = objective_.pixel_cost(state_);
   }
   record_.gradient_norm = std::sqrt(linalg::dot(g, g, unknowns, pool_));
-  record_.gradient_max = largest_magnitude(normal_.gradient);
+  record_.gradient_max = largest_magnitude(normal_.gradient, pool_);
   if (forcing_) forcing_->linearized(record_.gradient_norm);
   promise_ = free_promise();
 }
@@ -254,22 +274,26 @@ double TrustRegion::free_promise() const {
   const linalg::BlockLayout& layout = objective_.layout();
   const PointModel points = objective_.formulation().points;
   const int cameras = !is_anchored(points) ? 1 : (points == PointModel::idp ? 2 : 3);
-  return 0.5 * normal_.scaled_gradient_squares() / (cameras * layout.hub_size + layout.leaf_size);
+  return 0.5 * normal_.scaled_gradient_squares(pool_) /
+         (cameras * layout.hub_size + layout.leaf_size);
 }
 
 // Only diag(H) changes from one linearisation to the next.
 void TrustRegion::fill_matrices() {
   const Options& options = summary_.options;
-  const auto due = [](DiagonalMatrix kind, const std::vector<double>& matrix) {
+  const auto due = [](DiagonalMatrix kind, const linalg::LargeVector<double>& matrix) {
     return kind == DiagonalMatrix::diag_h || matrix.empty();
   };
   if (damping_ && due(*options.damping_matrix, damping_matrix_)) {
-    fill_diagonal(*options.damping_matrix, increments_, options.points, normal_, damping_matrix_);
+    fill_diagonal(*options.damping_matrix, increments_, options.points, normal_, damping_matrix_,
+                  pool_);
   }
   const DiagonalMatrix scaling = options.scaling.value_or(DiagonalMatrix::identity);
   if (scaling == DiagonalMatrix::identity || !due(scaling, inverse_scaling_)) return;
-  fill_diagonal(scaling, increments_, options.points, normal_, inverse_scaling_);
-  for (double& d : inverse_scaling_) d = 1 / std::sqrt(d);
+  fill_diagonal(scaling, increments_, options.points, normal_, inverse_scaling_, pool_);
+  linalg::for_entries(
+      static_cast<std::int64_t>(inverse_scaling_.size()), pool_,
+      [&](std::size_t i) { inverse_scaling_[i] = 1 / std::sqrt(inverse_scaling_[i]); });
 }
 
 void TrustRegion::end_iteration() {
@@ -319,9 +343,10 @@ bool TrustRegion::rounding_is_suspect(const std::optional<Termination>& verdict)
   const bool failed = verdict && outcome(*verdict) == Outcome::failed;
   if (!failed && (record_.iteration == 0 || report_.solved)) return false;
   const linalg::BlockLayout& layout = objective_.layout();
-  return linalg::BlockJacobian::memory(layout, Precision::double_precision) -
-             linalg::BlockJacobian::memory(layout, Precision::single_precision) <
-         linalg::available_memory();
+  const double more = 4.0 * static_cast<double>(layout.residuals()) *
+                      (layout.hub_size + layout.leaf_size);
+  return more < linalg::available_memory() &&
+         more < summary_.options.memory_limit - linalg::resident_memory();
 }
 
 // Once, and with it a fresh start of what failures taught.

@@ -27,6 +27,9 @@ class TrustRegion {
   TrustRegion(Objective& objective, StepSolver& steps, linalg::ThreadPool& pool,
               const Options& options, const Observer& observer, Clock::time_point start);
 
+  /// Bytes of all this owns and of the states, without the objective and the step solver.
+  static double memory(const linalg::LayoutSize& n, const Options& options);
+
   /// Moves `state` to the best state found.
   Summary run(State& state);
 
@@ -65,11 +68,11 @@ class TrustRegion {
   State candidate_;  // swapped with state_ when accepted
   linalg::BlockJacobian J_;
   linalg::NormalEquations normal_;
-  std::vector<double> damping_matrix_;    // D
-  std::vector<double> damping_diagonal_;  // mu D
-  std::vector<double> inverse_scaling_;   // D^-1 of the scaled unknowns; empty: the identity
-  std::vector<double> step_;
-  std::vector<double> whole_step_;  // before points were held
+  linalg::LargeVector<double> damping_matrix_;    // D
+  linalg::LargeVector<double> damping_diagonal_;  // mu D
+  linalg::LargeVector<double> inverse_scaling_;  // D^-1 of the scaled unknowns; empty: the identity
+  linalg::LargeVector<double> step_;
+  linalg::LargeVector<double> whole_step_;  // before points were held
 
   std::optional<Diagnoser> diagnoser_;       // on request
   std::optional<Damping> damping_;           // what the method has of these

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <raybundle/linalg/memory.h>
+#include <raybundle/models/io/parallaxba.h>
 #include <raybundle/models/statistics.h>
 #include <raybundle/tools/commands.h>
 #include <raybundle/tools/input.h>
@@ -113,7 +114,8 @@ Info inspect(const std::string& input) {
   info.source = input;
   info.structure = structure_statistics(problem);
   info.reprojection = reprojection_statistics(problem);
-  info.memory = estimate_memory(problem);
+  // The lens of a folder is known.
+  info.memory = estimate_memory(problem, io::is_parallaxba(input) ? Lens::fixed : Lens::free);
   info.warnings = warnings(info.structure);
   info.advice = advice(info);
   return info;
@@ -151,12 +153,12 @@ std::string info_text(const Info& info) {
   table.add("behind cameras", count(info.reprojection.behind_camera) + " observations");
   std::string text = info.source + "\n" + table.text();
 
-  text += "\nmemory estimates, points as coordinates (available: " +
-          bytes_text(linalg::available_memory()) + ")\n";
+  text += "\nmemory estimates (available: " + bytes_text(linalg::available_memory()) + ")\n";
   for (const MemoryEstimate& each : info.memory.methods) {
-    text += format("  %-12s eliminating %-8s %-16s %s%s\n", name(each.method),
-                   each.elimination ? name(*each.elimination) : "either", name(each.linear),
-                   each.upper_bound ? "at most " : "", bytes_text(each.bytes).c_str());
+    text +=
+        format("  %-12s %-5s eliminating %-8s %-16s %s%s\n", name(each.method), name(each.points),
+               each.elimination ? name(*each.elimination) : "either", name(each.linear),
+               each.upper_bound ? "at most " : "", bytes_text(each.bytes).c_str());
   }
   if (!info.warnings.empty()) text += "\nwarnings\n";
   for (const std::string& each : info.warnings) text += "  " + each + "\n";
@@ -175,6 +177,7 @@ std::string info_json(const Info& info) {
   Json memory = Json::array();
   for (const MemoryEstimate& each : info.memory.methods) {
     memory.push_back({{"method", name(each.method)},
+                      {"points", name(each.points)},
                       {"elimination", each.elimination ? Json(name(*each.elimination)) : Json()},
                       {"linear", name(each.linear)},
                       {"bytes", each.bytes},

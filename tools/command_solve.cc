@@ -106,7 +106,7 @@ Problem obtain(const Arguments& arguments, SolveRecord& record) {
     if (!arguments.quiet) {
       say("reading " + (arguments.input == "-" ? "standard input" : arguments.input));
     }
-    problem = read_input(arguments.input);
+    problem = read_input(arguments.input, arguments.options.threads);
   }
   record.read_seconds = watch.seconds();
   record.cameras = problem.camera_count();
@@ -116,7 +116,7 @@ Problem obtain(const Arguments& arguments, SolveRecord& record) {
     say(std::to_string(record.cameras) + " cameras, " + std::to_string(record.points) +
         " points, " + std::to_string(record.observations) + " observations");
   }
-  say_warnings(warnings(structure_statistics(problem)));
+  say_warnings(warnings(degree_statistics(problem)));
   return problem;
 }
 
@@ -135,12 +135,13 @@ Summary solve_shown(const Arguments& arguments, const std::string& source,
   return summary;
 }
 
-void write_solution(const std::string& output, const Problem& problem, SolveRecord& record) {
+void write_solution(const Arguments& arguments, const Problem& problem, SolveRecord& record) {
+  const std::string& output = arguments.output;
   const Stopwatch watch;
   if (names_folder(output)) {
     io::write_parallaxba(problem, output);
   } else {
-    io::write_bal(problem, std::filesystem::path(output_path(output)));
+    io::write_bal(problem, std::filesystem::path(output_path(output)), arguments.options.threads);
   }
   record.write_seconds = watch.seconds();
   record.output = output == "-" ? "standard output" : output;
@@ -176,7 +177,7 @@ bool write_all(const Arguments& arguments, const Problem& problem, SolveRecord& 
     }
   };
   attempt([&] {
-    if (!arguments.output.empty()) write_solution(arguments.output, problem, record);
+    if (!arguments.output.empty()) write_solution(arguments, problem, record);
   });
   attempt([&] {
     if (!arguments.log.empty()) write_log(arguments.log, record);
@@ -212,9 +213,14 @@ void take_folder_defaults(Arguments& arguments) {
   if (!options.lens) options.lens = Lens::fixed;
 }
 
+ReprojectionStatistics reprojection(const Problem& problem, const Options& options) {
+  linalg::ThreadPool pool(options.threads > 0 ? options.threads : linalg::available_threads());
+  return reprojection_statistics(problem, pool);
+}
+
 /// The figures of what the solve starts from.
 void measure_start(const Problem& problem, const Options& effective, SolveRecord& record) {
-  record.before = reprojection_statistics(problem);
+  record.before = reprojection(problem, effective);
   if (has_loss(effective)) record.robust_before = robust_statistics(problem, *effective.loss_scale);
 }
 
@@ -233,7 +239,7 @@ ExitCode run(Arguments arguments) {
   // Lives until all is written: by then an interrupt would only lose what has been computed.
   const InterruptGuard interrupt(!arguments.quiet);
   record.summary = solve_shown(arguments, record.source, interrupt, problem);
-  record.after = reprojection_statistics(problem);
+  record.after = reprojection(problem, effective);
   if (has_loss(effective)) record.robust_after = robust_statistics(problem, *effective.loss_scale);
   record.warnings = result_warnings(record);
   say_warnings(record.warnings);

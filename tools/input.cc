@@ -59,9 +59,11 @@ Problem parse_truth(std::string_view text, const std::string& source) {
 
 }  // namespace
 
-Problem read_input(const std::string& input) {
+Problem read_input(const std::string& input, int threads) {
   if (io::is_parallaxba(input)) return io::read_parallaxba(input);
-  return parse_content(input, io::parse_bal);
+  return parse_content(input, [&](std::string_view text, const std::string& source) {
+    return io::parse_bal(text, source, threads);
+  });
 }
 
 Problem read_truth(const std::string& truth) {

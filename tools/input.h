@@ -8,9 +8,9 @@
 namespace raybundle::tools {
 
 /// Reads what INPUT names: a folder in ParallaxBA's format, a BAL file or, for "-", standard input;
-/// the last two may be compressed (gzip, bzip2, xz, zstd, told by the first bytes). Throws
-/// InputError.
-Problem read_input(const std::string& input);
+/// the last two may be compressed (gzip, bzip2, xz, zstd, told by the first bytes). `threads` read
+/// it, 0 means all cores. Throws InputError.
+Problem read_input(const std::string& input, int threads = 0);
 
 /// Reads what is known to be true of a problem: a BAL file, or cameras without points from a file
 /// in ParallaxBA's columns, six numbers a line, or from such a folder (whose points would only be

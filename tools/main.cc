@@ -1,6 +1,9 @@
 // The command line: finds the subcommand, runs it, and turns what goes wrong into exit codes.
 
 #include <fcntl.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <unistd.h>
 
 #include <algorithm>
@@ -53,6 +56,15 @@ void occupy_standard_descriptors() {
     if (::fcntl(descriptor, F_GETFD) != -1) continue;
     if (::open("/dev/null", O_RDONLY) < 0) return;
   }
+}
+
+/// Memory that has been freed goes back to the system at once, so that the process is as large as
+/// what it holds; glibc by itself would keep more of it the larger the pieces it has seen freed.
+void return_freed_memory() {
+#ifdef M_MMAP_THRESHOLD
+  constexpr int large = 1 << 22;
+  ::mallopt(M_MMAP_THRESHOLD, large);
+#endif
 }
 
 ExitCode complain(const std::string& message, ExitCode code) {
@@ -135,6 +147,7 @@ int main(int argc, char** argv) {
   // A reader that goes away is an error of one write, not the end of a long solve.
   std::signal(SIGPIPE, SIG_IGN);
   occupy_standard_descriptors();
+  return_freed_memory();
   try {
     return static_cast<int>(run_program(argc, argv));
   } catch (const std::exception& error) {

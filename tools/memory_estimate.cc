@@ -5,55 +5,84 @@
 #include <raybundle/linalg/schur_complement.h>
 #include <raybundle/linalg/sparse_cholesky.h>
 #include <raybundle/models/objective.h>
+#include <raybundle/solver/step.h>
 #include <raybundle/solver/working_memory.h>
+
+#include <utility>
 
 namespace raybundle::tools {
 namespace {
 
 constexpr double program = 12e6;  // code, libraries, buffers of the system
 
-/// What is there before a matrix is: the program, the problem, and the engine's own.
-double before_matrix(const Problem& problem, Method method,
-                     std::optional<Elimination> elimination) {
-  const double numbers = static_cast<double>(problem.cameras.size() + problem.points.size());
-  const double observations = static_cast<double>(problem.observation_count());
-  const Options options = resolve({.method = method, .elimination = elimination});
-  return program + 8 * numbers + 24 * observations + working_memory(problem, options);
+/// Collects estimates for one problem.
+class Estimator {
+ public:
+  Estimator(const Problem& problem, Lens lens) : problem_(problem), lens_(lens) {}
+
+  /// `matrix`: bytes of an explicit matrix with its factor.
+  void add(Method method, std::optional<Elimination> elimination, Linear linear, double matrix,
+           bool upper_bound = false) {
+    const PointModel points = method == Method::dogleg ? PointModel::pmba : PointModel::xyz;
+    const Options options =
+        resolve({.method = method, .elimination = elimination, .lens = lens_, .points = points});
+    const double bytes =
+        program + problem_memory(problem_) + working_memory(problem_, options) + matrix;
+    found.push_back({method, points, elimination, linear, bytes, upper_bound});
+  }
+  void add(Method method, const linalg::CholeskyPlan& plan) {
+    const bool dense = plan.storage == linalg::SymmetricBlocks::Storage::dense;
+    add(method, Elimination::points, dense ? Linear::dense_cholesky : Linear::sparse_cholesky,
+        plan.memory);
+  }
+
+  std::vector<MemoryEstimate> found;
+
+ private:
+  const Problem& problem_;
+  Lens lens_;
+};
+
+double sparse_memory(const linalg::SymmetricPattern& pattern) {
+  return linalg::SparseCholesky::memory(pattern, linalg::find_ordering(pattern));
 }
 
 }  // namespace
 
-MemoryEstimates estimate_memory(const Problem& problem) {
-  linalg::ThreadPool pool(1);
-  const Objective objective(problem, {}, pool);
-  MemoryEstimates result;
-  const auto add = [&](Method method, std::optional<Elimination> elimination, Linear linear,
-                       double matrix, bool upper_bound = false) {
-    const double bytes = before_matrix(problem, method, elimination) + matrix;
-    result.methods.push_back({method, elimination, linear, bytes, upper_bound});
-  };
-  const auto sparse = [&](const linalg::SymmetricPattern& pattern) {
-    return linalg::SparseCholesky::memory(pattern, linalg::find_ordering(pattern));
-  };
+MemoryEstimates estimate_memory(const Problem& problem, Lens lens) {
   using E = Elimination;
-
+  linalg::ThreadPool pool(1);
+  const Objective objective(problem, {.lens = lens}, pool);
   const linalg::BlockLayout& layout = objective.layout();
   const auto reduced = make_reduced_system(layout, linalg::Side::leaves, pool)->pattern();
   const auto cameras = static_cast<double>(problem.camera_count());
+  MemoryEstimates result;
   result.reduced.order = reduced.order();
   result.reduced.fill = static_cast<double>(reduced.column.size()) / (cameras * (cameras + 1) / 2);
-  add(Method::lm_cholesky, E::points, Linear::dense_cholesky,
-      linalg::DenseCholesky::memory(reduced.order()));
-  add(Method::lm_cholesky, E::points, Linear::sparse_cholesky, sparse(reduced));
-  add(Method::lm_cholesky, E::none, Linear::sparse_cholesky,
-      sparse(make_reduced_system(layout, std::nullopt, pool)->pattern()));
-  add(Method::lm_cholesky, E::cameras, Linear::dense_cholesky,
-      linalg::DenseCholesky::memory(layout.size(linalg::Side::leaves)), true);
-  for (const E elimination : {E::points, E::none, E::cameras}) {
-    add(Method::tnm, elimination, Linear::implicit_pcg, 0);
+
+  Estimator estimator(problem, lens);
+  if (const auto plan = first_automatic_plan(layout)) {
+    estimator.add(Method::automatic, *plan);
+  } else {
+    estimator.add(Method::automatic, E::points, Linear::implicit_pcg, 0);
   }
-  add(Method::dinm, E::points, Linear::implicit_pcg, 0);
-  add(Method::adinm, std::nullopt, Linear::implicit_pcg, 0);
+  const double dense = linalg::DenseCholesky::memory(reduced.order());
+  const double sparse = sparse_memory(reduced);
+  estimator.add(Method::lm_cholesky, E::points, Linear::dense_cholesky, dense);
+  estimator.add(Method::lm_cholesky, E::points, Linear::sparse_cholesky, sparse);
+  estimator.add(Method::lm_cholesky, E::none, Linear::sparse_cholesky,
+                sparse_memory(make_reduced_system(layout, std::nullopt, pool)->pattern()));
+  estimator.add(Method::lm_cholesky, E::cameras, Linear::dense_cholesky,
+                linalg::DenseCholesky::memory(layout.size(linalg::Side::leaves)), true);
+  for (const E elimination : {E::points, E::none, E::cameras}) {
+    estimator.add(Method::tnm, elimination, Linear::implicit_pcg, 0);
+  }
+  estimator.add(Method::dinm, E::points, Linear::implicit_pcg, 0);
+  estimator.add(Method::adinm, std::nullopt, Linear::implicit_pcg, 0);
+  // The pattern is that of coordinates: anchors are among the observers of their point.
+  estimator.add(Method::dogleg, E::points, Linear::dense_cholesky, dense);
+  estimator.add(Method::dogleg, E::points, Linear::sparse_cholesky, sparse);
+  result.methods = std::move(estimator.found);
   return result;
 }
 

@@ -12,6 +12,7 @@ namespace raybundle::tools {
 /// What one way to solve a problem is expected to take at most at a time, the problem included.
 struct MemoryEstimate {
   Method method;
+  PointModel points;
   std::optional<Elimination> elimination;  ///< empty: the method chooses
   Linear linear;
   double bytes;
@@ -29,8 +30,8 @@ struct MemoryEstimates {
   std::vector<MemoryEstimate> methods;
 };
 
-/// For all nine parameters of each camera. Works out the sparsity of the reduced system and its
+/// With the points as coordinates, and for dogleg by parallax. Works out the sparsity of the reduced system and its
 /// factor, hence takes memory itself, but less than a solve.
-MemoryEstimates estimate_memory(const Problem& problem);
+MemoryEstimates estimate_memory(const Problem& problem, Lens lens);
 
 }  // namespace raybundle::tools

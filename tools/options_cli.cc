@@ -12,6 +12,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
 
 #include <raybundle/solver/option_table.h>
 
@@ -57,14 +58,24 @@ std::string kind() {
   }
 }
 
+/// A size with its unit, as a plain number of bytes.
+std::string bytes(const OptionInfo& info, const std::string& given) {
+  std::string plain = given;
+  const std::string error = CLI::AsSizeValue(true)(plain);
+  if (error.empty()) return plain;
+  throw OptionError("--" + std::string(info.name) + ": '" + given +
+                    "' is not a size such as 4GB or 500MB");
+}
+
 /// The number that `text` is, all of it, within the bounds of the option.
 template <class Number>
 Number parse_number(const OptionInfo& info, const std::string& given) {
+  const std::string plain = info.bytes ? bytes(info, given) : given;
   Number value{};
-  const char* end = given.data() + given.size();
-  const auto [last, error] = std::from_chars(given.data(), end, value);
+  const char* end = plain.data() + plain.size();
+  const auto [last, error] = std::from_chars(plain.data(), end, value);
   const auto number = static_cast<double>(value);
-  const bool legal = error == std::errc() && last == end && !given.empty() && number >= info.low &&
+  const bool legal = error == std::errc() && last == end && !plain.empty() && number >= info.low &&
                      number <= info.high;
   if (legal) return value;
   throw OptionError("--" + std::string(info.name) + ": '" + given + "' is not a " +

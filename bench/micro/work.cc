@@ -33,7 +33,7 @@ Sizes sizes(const Workload& w) {
           .J_leaf = 4 * R * E,
           .observed = 8 * R,
           .of_camera = 4,
-          .listed = 8,
+          .listed = 4,
           .block = 8 * E * E,
           .vector = 8 * E,
           .begin = 8};

@@ -30,7 +30,7 @@ Workload::Workload(std::int64_t observations, int threads)
       y(x.size()),
       step(damping.size()) {
   objective.linearize(state, J, normal);
-  normal.diagonal(1e-6, 1e32, damping.data());
+  normal.diagonal(1e-6, 1e32, damping.data(), pool);
   for (double& d : damping) d *= 1e-4;
   schur.prepare(at(), damping.data());
   const std::vector<std::int64_t>& begin = layout.leaf_side.begin;

@@ -58,8 +58,8 @@ double bytes(const std::vector<double, Allocator>& values) {
   return 8.0 * static_cast<double>(values.size());
 }
 double bytes(const linalg::Incidence& side) {
-  return 8.0 * static_cast<double>(side.begin.size() + side.list.size() + side.position.size()) +
-         4.0 * static_cast<double>(side.block.size());
+  return 8.0 * static_cast<double>(side.begin.size()) +
+         4.0 * static_cast<double>(side.list.size() + side.block.size());
 }
 
 Json entry(const char* name, double seconds, double bytes) {

@@ -33,8 +33,8 @@ constexpr int operand_size(int row_size, int unknowns) {
 /// null rows mean that coupling c is row c.
 struct SideView {
   const std::int64_t* begin;
-  const std::int64_t* list;
-  const std::int64_t* position;
+  const std::int32_t* list;
+  const std::int32_t* position;
   const std::int32_t* block;
   const std::int64_t* rows;
 };
@@ -42,8 +42,8 @@ struct SideView {
 /// Anchorage, and Z anchor by anchor (leaf x hub, row-major); all null when leaves have none.
 struct AnchorView {
   const std::int64_t* begin;
-  const std::int64_t* coupling;
-  const std::int64_t* of_coupling;
+  const std::int32_t* coupling;
+  const std::int32_t* of_coupling;
   const double* Z;
 };
 

@@ -1,15 +1,15 @@
 #include <raybundle/models/io/bal.h>
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <limits>
-#include <ostream>
-#include <system_error>
 
+#include <raybundle/linalg/large_vector.h>
 #include <raybundle/models/error.h>
-#include <raybundle/models/io/atomic_file.h>
 #include <raybundle/models/io/file_content.h>
+#include <raybundle/models/io/text_pieces.h>
 #include <raybundle/models/io/text_reader.h>
-#include <raybundle/models/io/text_writer.h>
 
 namespace raybundle::io {
 namespace {
@@ -93,82 +93,111 @@ void read_observation(TextReader& reader, const Header& header, std::size_t i, P
   if (!reader.at_line_end()) reader.fail(expected("the end of the line after y", ""));
 }
 
-/// Numbers separated by white space of any kind: `names.size()` per camera or point.
+/// Parameter i of all cameras, then of all points: numbers separated by white space of any kind.
 template <std::size_t size>
-void read_parameters(TextReader& reader, const char* owner,
-                     const std::array<const char*, size>& names, std::vector<double>& values) {
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    reader.skip_space();
-    values[i] = reader.number([&] {
-      return "a finite number, " + std::string(names[i % size]) + " of " + owner + " " +
-             std::to_string(i / size) + " (of " +
-             range(0, static_cast<std::int64_t>(values.size() / size) - 1) + ")";
-    });
+double read_parameter(TextReader& reader, const char* owner,
+                      const std::array<const char*, size>& names, std::size_t i,
+                      std::size_t count) {
+  reader.skip_space();
+  return reader.number([&] {
+    return "a finite number, " + std::string(names[i % size]) + " of " + owner + " " +
+           std::to_string(i / size) + " (of " +
+           range(0, static_cast<std::int64_t>(count / size) - 1) + ")";
+  });
+}
+
+void read_parameter(TextReader& reader, std::size_t i, Problem& problem) {
+  const std::size_t cameras = problem.cameras.size(), points = problem.points.size();
+  if (i < cameras) {
+    problem.cameras[i] = read_parameter(reader, "camera", camera_parameters, i, cameras);
+  } else {
+    problem.points[i - cameras] =
+        read_parameter(reader, "point", point_coordinates, i - cameras, points);
   }
 }
 
-void write_bal(const Problem& problem, TextWriter& writer) {
-  writer.number(problem.camera_count(), ' ');
-  writer.number(problem.point_count(), ' ');
-  writer.number(problem.observation_count(), '\n');
-  for (std::size_t i = 0; i < problem.observation_camera.size(); ++i) {
-    writer.number(problem.observation_camera[i], ' ');
-    writer.number(problem.observation_point[i], ' ');
-    writer.number(problem.observations[2 * i], ' ');
-    writer.number(problem.observations[2 * i + 1] / problem.aspect, '\n');
+/// Zeros; their memory is asked for in large pages, which the system has ready sooner.
+template <class T>
+void allocate(std::int64_t count, std::vector<T>& values) {
+  values.reserve(static_cast<std::size_t>(count));
+  linalg::advise_huge_pages(values.data(), values.capacity() * sizeof(T));
+  values.resize(static_cast<std::size_t>(count));
+}
+
+Problem allocate(const Header& header) {
+  Problem problem;
+  allocate(header.observations, problem.observation_camera);
+  allocate(header.observations, problem.observation_point);
+  allocate(2 * header.observations, problem.observations);
+  allocate(std::int64_t{header.cameras} * Problem::camera_size, problem.cameras);
+  allocate(std::int64_t{header.points} * Problem::point_size, problem.points);
+  return problem;
+}
+
+/// All observations, of which the first stands on the next line that is not blank. Leaves the
+/// reader behind the last. What is missing is missing at the end.
+void read_observations(std::string_view text, const Header& header, TextReader& reader,
+                       linalg::ThreadPool& pool, Problem& problem) {
+  const TextPieces pieces(text, reader.position(), TextPieces::Unit::lines, pool);
+  std::atomic<std::int64_t> end = static_cast<std::int64_t>(text.size());
+  pieces.read(pool, [&](std::int64_t begin, std::int64_t first, std::int64_t last) {
+    TextReader own = reader;
+    own.move_to(begin);
+    for (std::int64_t i = first; i < std::min(last, header.observations); ++i) {
+      read_observation(own, header, static_cast<std::size_t>(i), problem);
+      if (i + 1 == header.observations) end = own.position();
+    }
+  });
+  reader.move_to(end);
+  if (pieces.units() < header.observations) {
+    read_observation(reader, header, static_cast<std::size_t>(pieces.units()), problem);
   }
-  for (const double value : problem.cameras) writer.number(value, '\n');
-  for (const double value : problem.points) writer.number(value, '\n');
-  writer.flush();
+}
+
+/// All parameters, and nothing after them.
+void read_parameters(std::string_view text, const Header& header, TextReader& reader,
+                     linalg::ThreadPool& pool, Problem& problem) {
+  const TextPieces pieces(text, reader.position(), TextPieces::Unit::words, pool);
+  const auto count = static_cast<std::int64_t>(problem.cameras.size() + problem.points.size());
+  pieces.read(pool, [&](std::int64_t begin, std::int64_t first, std::int64_t last) {
+    TextReader own = reader;
+    own.move_to(begin);
+    for (std::int64_t i = first; i < std::min(last, count); ++i) {
+      read_parameter(own, static_cast<std::size_t>(i), problem);
+    }
+    if (last <= count) return;
+    own.skip_space();
+    own.fail("the end of the file after what the header promises: " +
+             std::to_string(header.cameras) + " cameras, " + std::to_string(header.points) +
+             " points and " + std::to_string(header.observations) + " observations");
+  });
+  if (pieces.units() >= count) return;
+  reader.move_to(static_cast<std::int64_t>(text.size()));
+  read_parameter(reader, static_cast<std::size_t>(pieces.units()), problem);
+}
+
+/// Threads that a text of some bytes keeps busy.
+int useful_threads(std::size_t bytes, int threads) {
+  constexpr std::size_t little = std::size_t{1} << 20;
+  if (bytes < little) return 1;
+  return threads > 0 ? threads : linalg::available_threads();
 }
 
 }  // namespace
 
-Problem read_bal(const std::filesystem::path& path) {
+Problem read_bal(const std::filesystem::path& path, int threads) {
   const FileContent content(path);
-  return parse_bal(content.text(), path.string());
+  return parse_bal(content.text(), path.string(), threads);
 }
 
-Problem parse_bal(std::string_view text, const std::string& source) {
+Problem parse_bal(std::string_view text, const std::string& source, int threads) {
   TextReader reader(text, source);
   const Header header = read_header(reader);
-  const auto observations = static_cast<std::size_t>(header.observations);
-
-  Problem problem;
-  problem.observation_camera.resize(observations);
-  problem.observation_point.resize(observations);
-  problem.observations.resize(2 * observations);
-  problem.cameras.resize(static_cast<std::size_t>(header.cameras) * Problem::camera_size);
-  problem.points.resize(static_cast<std::size_t>(header.points) * Problem::point_size);
-
-  for (std::size_t i = 0; i < observations; ++i) read_observation(reader, header, i, problem);
-  read_parameters(reader, "camera", camera_parameters, problem.cameras);
-  read_parameters(reader, "point", point_coordinates, problem.points);
-  reader.skip_space();
-  if (!reader.at_end()) {
-    reader.fail("the end of the file after what the header promises: " +
-                std::to_string(header.cameras) + " cameras, " + std::to_string(header.points) +
-                " points and " + std::to_string(header.observations) + " observations");
-  }
+  Problem problem = allocate(header);
+  linalg::ThreadPool pool(useful_threads(text.size(), threads));
+  read_observations(text, header, reader, pool, problem);
+  read_parameters(text, header, reader, pool, problem);
   return problem;
-}
-
-void write_bal(const Problem& problem, const std::filesystem::path& path) {
-  validate(problem);
-  AtomicFile file(path);
-  TextWriter writer([&](std::string_view piece) { file.write(piece); });
-  write_bal(problem, writer);
-  file.commit();
-}
-
-void write_bal(const Problem& problem, std::ostream& out) {
-  validate(problem);
-  TextWriter writer([&](std::string_view piece) {
-    out.write(piece.data(), static_cast<std::streamsize>(piece.size()));
-  });
-  write_bal(problem, writer);
-  out.flush();
-  if (!out) throw std::system_error(std::make_error_code(std::errc::io_error), "cannot write BAL");
 }
 
 }  // namespace raybundle::io

@@ -99,13 +99,14 @@ void write_calibration(const Problem& problem, TextWriter& writer) {
 }
 
 void write_features(const Problem& problem, TextWriter& writer) {
-  const ObservationRows rows(problem);
+  linalg::ThreadPool alone(1);
+  const ObservationRows rows(problem, alone);
   for (std::int64_t i = 0; i < problem.point_count(); ++i) {
     const auto first = static_cast<std::size_t>(rows.begin[static_cast<std::size_t>(i)]);
     const auto last = static_cast<std::size_t>(rows.begin[static_cast<std::size_t>(i) + 1]);
     writer.number(last - first, ' ');
     for (std::size_t row = first; row < last; ++row) {
-      const auto k = static_cast<std::size_t>(rows.observation[row]);
+      const auto k = static_cast<std::size_t>(rows.observation_of(static_cast<std::int64_t>(row)));
       writer.number(rows.camera[row], ' ');
       writer.number(problem.observations[2 * k], ' ');
       writer.number(-problem.observations[2 * k + 1], row + 1 < last ? ' ' : '\n');

@@ -9,6 +9,10 @@
 
 namespace raybundle::io {
 
+constexpr bool is_space(char c) {
+  return c == ' ' || static_cast<unsigned char>(c - '\t') <= '\r' - '\t';
+}
+
 /// Walks over a text of numbers and white space, strictly: a number must be followed by white space
 /// or the end. Keeps a reference to the text. Only errors count lines, so that reading is fast.
 ///
@@ -19,6 +23,8 @@ class TextReader {
   /// `source` names the text in errors.
   TextReader(std::string_view text, std::string source);
 
+  std::int64_t position() const { return at_ - begin_; }  ///< bytes read
+  void move_to(std::int64_t position) { at_ = begin_ + position; }
   std::int64_t remaining() const { return end_ - at_; }  ///< bytes not read yet
   bool at_end() const { return at_ == end_; }
   bool at_line_end() const { return at_end() || *at_ == '\n'; }
@@ -65,9 +71,6 @@ class TextReader {
   [[noreturn]] void fail(const std::string& found, const std::string& expected) const;
 
  private:
-  static bool is_space(char c) {
-    return c == ' ' || static_cast<unsigned char>(c - '\t') <= '\r' - '\t';
-  }
   bool is_number_end(const char* at) const { return at == end_ || is_space(*at); }
   /// Past a leading '+', which from_chars does not take.
   const char* number_start() const {

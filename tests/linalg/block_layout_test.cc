@@ -16,6 +16,7 @@ namespace raybundle::linalg {
 namespace {
 
 using Indices = std::vector<std::int64_t>;
+using List = LargeVector<std::int32_t>;
 using test::BlockSystem;
 
 // Leaf 0: hubs 1, 1, 2; leaf 1: nobody; leaf 2: hubs 0, 2. Hub 3: nobody.
@@ -50,12 +51,50 @@ TEST(BlockLayout, IncidenceOfBothSides) {
   const BlockLayout layout = example();
   EXPECT_EQ(layout.leaf_side.begin, (Indices{0, 2, 2, 4})) << "leaf 1 is empty";
   EXPECT_TRUE(layout.leaf_side.list.empty());
-  EXPECT_TRUE(layout.leaf_side.position.empty());
-  EXPECT_EQ(layout.leaf_side.block, (std::vector<std::int32_t>{0, 0, 2, 2}));
-  EXPECT_EQ(layout.hub_side.block, (std::vector<std::int32_t>{1, 2, 0, 2}));
+  EXPECT_TRUE(positions(layout.leaf_side).empty());
+  EXPECT_EQ(layout.leaf_side.block, (List{0, 0, 2, 2}));
+  EXPECT_EQ(layout.hub_side.block, (List{1, 2, 0, 2}));
   EXPECT_EQ(layout.hub_side.begin, (Indices{0, 1, 2, 4, 4})) << "hub 3 is empty";
-  EXPECT_EQ(layout.hub_side.list, (Indices{2, 0, 1, 3}));
-  EXPECT_EQ(layout.hub_side.position, (Indices{1, 2, 0, 3}));
+  EXPECT_EQ(layout.hub_side.list, (List{2, 0, 1, 3}));
+  EXPECT_EQ(positions(layout.hub_side), (List{1, 2, 0, 3}));
+}
+
+TEST(BlockLayout, RowsKnowTheirBlocksWithAndWithoutRepetition) {
+  const auto list = [](auto span) { return std::vector(span.begin(), span.end()); };
+  const BlockLayout repeated = example();
+  EXPECT_EQ(list(repeated.row_leaf()), (std::vector<std::int32_t>{0, 0, 0, 2, 2}));
+  EXPECT_EQ(list(repeated.row_hub()), (std::vector<std::int32_t>{1, 1, 2, 0, 2}));
+  EXPECT_EQ(list(repeated.leaf_rows()), (Indices{0, 3, 3, 5}));
+  const BlockLayout distinct = make_layout({2, 6, 3}, 2, 2, {0, 0, 1}, {0, 1, 1});
+  EXPECT_EQ(distinct.row_leaf().data(), distinct.leaf_side.block.data()) << "not twice";
+  EXPECT_EQ(list(distinct.row_hub()), (std::vector<std::int32_t>{0, 1, 1}));
+  EXPECT_EQ(list(distinct.leaf_rows()), (Indices{0, 2, 3}));
+}
+
+// Long enough to be cut into pieces.
+TEST(BlockLayout, IsTheSameForAnyNumberOfThreads) {
+  constexpr std::int64_t hubs = 7, leaves = 60000;
+  RowBlocks rows;
+  rows.begin.push_back(0);
+  for (std::int32_t l = 0; l < leaves; ++l) {
+    for (std::int32_t h = l % 3; h < hubs; h += 1 + l % 2) {
+      rows.leaf.push_back(l), rows.hub.push_back(h);
+    }
+    rows.begin.push_back(static_cast<std::int64_t>(rows.leaf.size()));
+  }
+  ThreadPool one(1), three(3);
+  const BlockLayout expected = make_layout({2, 9, 3}, hubs, leaves, rows, one);
+  const BlockLayout layout = make_layout({2, 9, 3}, hubs, leaves, rows, three);
+  EXPECT_EQ(layout.hub_side.list, expected.hub_side.list);
+  EXPECT_EQ(layout.hub_side.begin, expected.hub_side.begin);
+  std::int64_t next = 0;
+  for (std::int64_t h = 0; h < hubs; ++h) {
+    for (std::int64_t c = 0; c < layout.couplings; ++c) {
+      if (layout.hub_side.block[index(c)] != h) continue;
+      ASSERT_EQ(layout.hub_side.list[index(next++)], c) << "in order of the leaves";
+    }
+    EXPECT_EQ(layout.hub_side.begin[index(h + 1)], next);
+  }
 }
 
 TEST(BlockLayout, IncidenceOfRandomSystemsIsConsistent) {
@@ -69,6 +108,7 @@ TEST(BlockLayout, IncidenceOfRandomSystemsIsConsistent) {
                               .unobserved_leaves = 2,
                               .poor_leaves = 2});
     const BlockLayout& layout = system.layout;
+    const List position = positions(layout.hub_side);
     std::set<std::pair<std::int32_t, std::int32_t>> pairs;
     for (std::size_t row = 0; row < system.row_leaf.size(); ++row) {
       pairs.emplace(system.row_leaf[row], system.row_hub[row]);
@@ -78,7 +118,7 @@ TEST(BlockLayout, IncidenceOfRandomSystemsIsConsistent) {
     for (const auto& [leaf, hub] : pairs) {
       EXPECT_EQ(layout.leaf_side.block[index(c)], leaf);
       EXPECT_EQ(layout.hub_side.block[index(c)], hub);
-      EXPECT_EQ(layout.hub_side.list[index(layout.hub_side.position[index(c)])], c);
+      EXPECT_EQ(layout.hub_side.list[index(position[index(c)])], c);
       ++c;
     }
     for (std::int64_t hub = 0; hub < layout.hubs; ++hub) {
@@ -102,8 +142,8 @@ TEST(BlockLayout, AnchorsAreCouplings) {
   anchor_leaves(layout, {{3, 1}, {-1, -1}, {2, -1}});
   EXPECT_TRUE(layout.anchored());
   EXPECT_EQ(layout.anchorage.begin, (Indices{0, 2, 2, 3}));
-  EXPECT_EQ(layout.anchorage.coupling, (Indices{2, 1, 4}));
-  EXPECT_EQ(layout.anchorage.anchor, (Indices{-1, 1, 0, -1, 2}));
+  EXPECT_EQ(layout.anchorage.coupling, (std::vector<std::int32_t>{2, 1, 4}));
+  EXPECT_EQ(layout.anchorage.anchor, (std::vector<std::int32_t>{-1, 1, 0, -1, 2}));
 }
 
 TEST(BlockLayout, AnchorsMustSeeTheirLeaf) {

@@ -105,9 +105,9 @@ TEST_P(BlockProducts, DiagonalIsClampedOnBothEnds) {
   form(system_.normal, system_.J, system_.r.data(), pool_);
   const VectorXd exact = system_.dense.colwise().squaredNorm();
   VectorXd d(system_.layout.unknowns());
-  system_.normal.diagonal(0.0, 1e300, d.data());
+  system_.normal.diagonal(0.0, 1e300, d.data(), pool_);
   EXPECT_LE((d - exact).norm(), tolerance * exact.norm());
-  system_.normal.diagonal(0.4, 0.9, d.data());
+  system_.normal.diagonal(0.4, 0.9, d.data(), pool_);
   EXPECT_LE((d - exact.cwiseMax(0.4).cwiseMin(0.9)).norm(), tolerance * exact.norm());
 }
 

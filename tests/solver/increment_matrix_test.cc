@@ -20,9 +20,9 @@ std::vector<double> inc_matrix(const Increments& inc, PointModel points, Lens le
   linalg::ThreadPool pool(1);
   const Objective objective(problem, {.lens = lens, .points = points}, pool);
   const linalg::NormalEquations normal(objective.layout());
-  std::vector<double> d;
-  fill_diagonal(DiagonalMatrix::inc, inc, points, normal, d);
-  return d;
+  linalg::LargeVector<double> d;
+  fill_diagonal(DiagonalMatrix::inc, inc, points, normal, d, pool);
+  return {d.begin(), d.end()};
 }
 
 TEST(IncrementMatrix, OfCoordinatesHasTheirUnit) {

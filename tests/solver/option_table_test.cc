@@ -102,7 +102,7 @@ TEST(OptionTable, NamesAreUniqueAndHelpIsThere) {
   for (const char* wanted :
        {"method", "elimination", "linear", "preconditioner", "damping-matrix", "scaling",
         "pose-update", "lens", "max-iterations", "time-limit", "function-tolerance",
-        "gradient-tolerance", "parameter-tolerance", "threads"}) {
+        "gradient-tolerance", "parameter-tolerance", "threads", "memory-limit"}) {
     EXPECT_EQ(names.count(wanted), 1U) << wanted;
   }
 }
@@ -132,7 +132,7 @@ TEST(OptionTable, ReachesEveryMember) {
   EXPECT_EQ(options.loss, Loss::truncated);
   EXPECT_EQ(options.loss_scope, LossScope::component);
   EXPECT_TRUE(options.diagnose);
-  for (const double value : {options.time_limit, options.function_tolerance,
+  for (const double value : {options.time_limit, options.memory_limit, options.function_tolerance,
                              options.gradient_tolerance, options.parameter_tolerance}) {
     EXPECT_EQ(value, 77);
   }

@@ -23,7 +23,8 @@ class DenseObjective {
   DenseObjective(const Problem& problem, const Formulation& formulation, int threads = 2,
                  const RobustLoss& loss = {})
       : pool_(threads),
-        objective_(problem, formulation, pool_, loss),
+        problem_(problem),
+        objective_(problem_, formulation, pool_, loss),
         state_(objective_.state_of(problem)),
         J_(objective_.layout()),
         normal_(objective_.layout()),
@@ -111,6 +112,7 @@ class DenseObjective {
   }
 
   linalg::ThreadPool pool_;
+  Problem problem_;
   Objective objective_;
   State state_;
   linalg::BlockJacobian J_;

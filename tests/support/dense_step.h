@@ -106,10 +106,11 @@ class StepFixture {
   Result solve(const Eigen::VectorXd& damping,
                double radius = std::numeric_limits<double>::infinity(),
                std::optional<double> block_radius = {}, bool relinearised = true) {
-    std::vector<double> inverse;
+    linalg::LargeVector<double> inverse;
     const DiagonalMatrix scaling = options_.scaling.value_or(DiagonalMatrix::identity);
     if (scaling != DiagonalMatrix::identity) {
-      fill_diagonal(scaling, increments(options_), options_.points, normal_, inverse);
+      fill_diagonal(scaling, increments(options_), options_.points, normal_, inverse,
+                    at_.pool());
       for (double& d : inverse) d = 1 / std::sqrt(d);
     }
     Result result;
