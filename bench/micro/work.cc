@@ -5,7 +5,7 @@
 // Per row (R residuals, K unknowns of a camera, E of a point): R K numbers of J_hub and R E of
 // J_leaf, in single precision, and the 4 bytes that say which camera. Per point: E E numbers of C
 // and of M, E of D, g, q and x, and 8 bytes of where its couplings begin. Walking by camera reads in
-// addition the list of couplings, 8 bytes a row. What there is per camera stays in the caches and is
+// addition the list of couplings, 4 bytes a row. What there is per camera stays in the caches and is
 // left out. A store counts once, as STREAM counts it.
 
 #include <raybundle/bench/micro/work.h>
