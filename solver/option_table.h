@@ -145,7 +145,7 @@ inline constexpr int enum_count<Elimination> = 3;
 template <>
 inline constexpr int enum_count<Linear> = 3;
 template <>
-inline constexpr int enum_count<Preconditioner> = 5;
+inline constexpr int enum_count<Preconditioner> = 7;
 template <>
 inline constexpr int enum_count<DiagonalMatrix> = 3;
 template <>

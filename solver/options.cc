@@ -262,7 +262,7 @@ const char* name(Linear value) {
   return pick(std::array{"dense-cholesky", "sparse-cholesky", "implicit-pcg"}, value);
 }
 const char* name(Preconditioner value) {
-  return pick(std::array{"identity", "diag-b", "b", "diag-s", "block-diag-s"}, value);
+  return pick(std::array{"identity", "diag-b", "b", "diag-s", "block-diag-s", "two-level", "adaptive"}, value);
 }
 const char* name(DiagonalMatrix value) {
   return pick(std::array{"identity", "inc", "diag-h"}, value);

@@ -17,7 +17,7 @@ enum class Elimination { none, points, cameras };
 enum class Linear { dense_cholesky, sparse_cholesky, implicit_pcg };
 /// Preconditioners of [Qu18, 3.3.5]; B and S are the undiminished and the Schur-reduced matrix of
 /// the side that is kept.
-enum class Preconditioner { identity, diag_b, b, diag_s, block_diag_s };
+enum class Preconditioner { identity, diag_b, b, diag_s, block_diag_s, two_level, adaptive };
 /// The diagonal matrix that is added (damping) or that scales the unknowns: see
 /// solver/diagonal_matrix.h.
 enum class DiagonalMatrix { identity, inc, diag_h };

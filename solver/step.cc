@@ -15,6 +15,11 @@ std::unique_ptr<StepSolver> make_step_solver(const Options& options,
   return make_pcg_step(options, *options.elimination, layout, pool);
 }
 
+bool has_coarse_space(const Options& options) {
+  return options.preconditioner == Preconditioner::two_level ||
+         options.preconditioner == Preconditioner::adaptive;
+}
+
 std::optional<linalg::Side> eliminated_side(Elimination elimination) {
   switch (elimination) {
     case Elimination::points:

@@ -79,6 +79,9 @@ std::unique_ptr<StepSolver> make_adaptive_step(const Options& options,
                                                const linalg::BlockLayout& layout,
                                                linalg::ThreadPool& pool);
 
+/// Whether steps may ask for Linearization::hub_modes.
+bool has_coarse_space(const Options& options);
+
 /// The side whose blocks an elimination removes.
 std::optional<linalg::Side> eliminated_side(Elimination elimination);
 

@@ -1,3 +1,4 @@
+#include <raybundle/linalg/coarse_space.h>
 #include <raybundle/linalg/pcg.h>
 #include <raybundle/linalg/preconditioner.h>
 #include <raybundle/linalg/vector.h>
@@ -6,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace raybundle {
 namespace {
@@ -22,7 +24,7 @@ class PcgStep final : public StepSolver {
  public:
   PcgStep(const Options& options, Elimination elimination, const linalg::BlockLayout& layout,
           linalg::ThreadPool& pool)
-      : elimination_(elimination),
+      : layout_(layout), elimination_(elimination),
         block_region_(layout, eliminated_side(elimination)),
         preconditioner_kind_(*options.preconditioner),
         max_iterations_(*options.max_inner_iterations),
@@ -39,12 +41,12 @@ class PcgStep final : public StepSolver {
       inverse_ += system_->offset();
       scaled_.resize(x_.size());
     }
-    build_preconditioner();
+    build_preconditioner(request);
     for (double& b : b_) b = -b;
     scale(b_.data());
     const auto result = pcg_.solve(
         [this](const double* x, double* y) { apply(x, y); },
-        [this](const double* r, double* z) { preconditioner_.apply(r, z, system_->size(), pool_); },
+        [this](const double* r, double* z) { precondition(r, z); },
         b_.data(), stop(request), x_.data());
     StepReport report;
     report.eliminated = elimination_;
@@ -84,15 +86,40 @@ class PcgStep final : public StepSolver {
 
   // The preconditioner of the scaled matrix: that of A, with its blocks scaled. The right side, b_,
   // comes with the diagonal of A.
-  void build_preconditioner() {
+  void precondition(const double* r, double* z) {
+    static const bool mult = std::getenv("MULT") != nullptr;
+    if (!coarse_ || !mult) {
+      preconditioner_.apply(r, z, system_->size(), pool_);
+      if (coarse_) coarse_->add_correction(r, z);
+      return;
+    }
+    const std::size_t n = index(system_->size());
+    std::vector<double> q(n, 0.0), Aq(n), s(n), y(n), Ay(n);
+    coarse_->add_correction(r, q.data());
+    system_->apply(q.data(), Aq.data());
+    for (std::size_t i = 0; i < n; ++i) s[i] = r[i] - Aq[i];
+    preconditioner_.apply(s.data(), y.data(), system_->size(), pool_);
+    system_->apply(y.data(), Ay.data());
+    for (std::size_t i = 0; i < n; ++i) Ay[i] = -Ay[i];
+    for (std::size_t i = 0; i < n; ++i) z[i] = q[i] + y[i];
+    coarse_->add_correction(Ay.data(), z);
+  }
+
+  void build_preconditioner(const StepRequest& request) {
     using Form = linalg::Preconditioner::Form;
     const Preconditioner kind = preconditioner_kind_;
-    if (kind == Preconditioner::diag_s || kind == Preconditioner::block_diag_s) {
+    if (kind == Preconditioner::diag_s || kind == Preconditioner::block_diag_s ||
+        kind == Preconditioner::two_level) {
       system_->reduced_diagonal(blocks_, b_.data());
     } else {
       system_->gradient(b_.data());
       if (kind == Preconditioner::identity) return preconditioner_.build(Form::identity, blocks_);
       system_->diagonal_blocks(blocks_);
+    }
+    if (kind == Preconditioner::two_level) {
+      if (!coarse_) coarse_.emplace(layout_, pool_);
+      if (!coarse_->build(*system_, request.at, blocks_)) std::abort();
+      if (inverse_ != nullptr) coarse_->scale(inverse_);
     }
     if (inverse_ != nullptr) scale_blocks();
     const bool diagonal = kind == Preconditioner::diag_b || kind == Preconditioner::diag_s;
@@ -124,6 +151,8 @@ class PcgStep final : public StepSolver {
     linalg::for_entries(system_->size(), pool_, [&](std::size_t i) { x[i] *= inverse_[i]; });
   }
 
+  const linalg::BlockLayout& layout_;
+  std::optional<linalg::CoarseSpace> coarse_;
   Elimination elimination_;
   BlockRegion block_region_;
   Preconditioner preconditioner_kind_;

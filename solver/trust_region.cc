@@ -16,6 +16,7 @@
 #include <raybundle/solver/trust_region.h>
 
 #include <raybundle/linalg/vector.h>
+#include <raybundle/models/camera_modes.h>
 #include <raybundle/solver/methods.h>
 #include <raybundle/solver/phase_timer.h>
 
@@ -132,7 +133,7 @@ void TrustRegion::compute_step() {
   const PhaseTimer timer(summary_.seconds.linear);
   fill_damping();
   StepRequest request = {
-      .at = {&J_, &normal_, residual_.data()},
+      .at = {&J_, &normal_, residual_.data(), hub_modes_.data()},
       .relinearised = relinearised_,
       .damping = damping_diagonal_.data(),
       .inverse_scaling = inverse_scaling_.empty() ? nullptr : inverse_scaling_.data()};
@@ -233,6 +234,7 @@ void TrustRegion::linearize() {
   static_cast<void>(objective_.linearize(state_, residual_.data(), J_));
   normal_.form(J_, residual_.data(), pool_);
   fill_matrices();
+  fill_modes();
   relinearised_ = true;
   const auto unknowns = static_cast<std::int64_t>(normal_.gradient.size());
   const double* g = normal_.gradient.data();
@@ -274,6 +276,15 @@ void TrustRegion::fill_matrices() {
   if (scaling == DiagonalMatrix::identity || !due(scaling, inverse_scaling_)) return;
   fill_diagonal(scaling, increments_, options.points, normal_, inverse_scaling_);
   for (double& d : inverse_scaling_) d = 1 / std::sqrt(d);
+}
+
+void TrustRegion::fill_modes() {
+  if (!has_coarse_space(summary_.options)) return;
+  const linalg::BlockLayout& layout = objective_.layout();
+  hub_modes_.resize(index(layout.size(linalg::Side::hubs) *
+                          linalg::coarse_modes(layout.hub_size)));
+  camera_modes(objective_.formulation().pose_update, state_.cameras, layout.hub_size,
+               hub_modes_.data());
 }
 
 void TrustRegion::end_iteration() {

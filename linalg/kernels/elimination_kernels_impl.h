@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include <raybundle/linalg/kernels/coupling_products_impl.h>
+#include <raybundle/linalg/kernels/coarse_kernels_impl.h>
 
 namespace raybundle::linalg::RAYBUNDLE_ISA {
 namespace {
@@ -269,7 +269,7 @@ constexpr EliminationKernels make_elimination_kernels() {
   return {&Kernels::factor,        &Kernels::transform,    &Kernels::reduce_gradient,
           &Kernels::project,       &Kernels::multiply,     &Kernels::back_substitute,
           &Kernels::add_products,  &Kernels::add_diagonal, &Kernels::diagonal_blocks,
-          &Kernels::coupling_block};
+          &Kernels::coupling_block, coarse_products<R, K, E, anchored>()};
 }
 
 }  // namespace
