@@ -3,21 +3,25 @@
 #include <raybundle/linalg/block_factor.h>
 #include <raybundle/linalg/hub_clusters.h>
 
+#include <Eigen/Core>
+
 #include <algorithm>
 #include <array>
-#include <cstdlib>
-#include <cstdio>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace raybundle::linalg {
 namespace {
 
-constexpr std::size_t most_modes = 12;
+constexpr int most_modes = 10;
+using Modes =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, most_modes, most_modes>;
 
 // Clusters are neighbours where they share a leaf.
 SymmetricPattern cluster_pattern(const BlockLayout& layout, const HubClusters& clusters,
                                  std::int64_t& most_clusters) {
+  most_clusters = 0;
   std::vector<std::vector<std::int32_t>> rows(index(clusters.count));
   std::vector<std::int32_t> of_leaf;
   for (std::int64_t l = 0; l < layout.leaves; ++l) {
@@ -54,33 +58,53 @@ SymmetricPattern cluster_pattern(const BlockLayout& layout, const HubClusters& c
 
 CoarseSpace::CoarseSpace(const BlockLayout& layout, ThreadPool& pool)
     : layout_(layout), pool_(pool), modes_(coarse_modes(layout.hub_size)) {
-  const char* e = std::getenv("CLUSTER");
-  HubClusters clusters = cluster_hubs(layout, e ? std::atoi(e) : 12);
-  if (std::getenv("ORDER")) { int n = e ? std::atoi(e) : 12; clusters.count = (layout.hubs + n - 1) / n; for (int h = 0; h < layout.hubs; ++h) clusters.of_hub[h] = h / n; }
-  basis_.pattern = cluster_pattern(layout, clusters, basis_.most_clusters);
-  basis_.cluster = clusters.of_hub;
+  choose_clusters();
+  list_hubs();
   basis_.P.resize(index(layout.hubs * layout.hub_size * modes_));
-  begin_.assign(index(clusters.count + 1), 0);
-  for (const std::int32_t g : basis_.cluster) ++begin_[index(g) + 1];
-  for (std::size_t g = 1; g < begin_.size(); ++g) begin_[g] += begin_[g - 1];
-  hubs_.resize(index(layout.hubs));
-  std::vector<std::int64_t> next(begin_.begin(), begin_.end() - 1);
-  for (std::int64_t h = 0; h < layout.hubs; ++h) {
-    hubs_[index(next[index(basis_.cluster[index(h)])]++)] = static_cast<std::int32_t>(h);
-  }
-  cholesky_ = Cholesky::make(plan_cholesky(basis_.pattern), pool);
+  feels_.resize(index(layout.unknowns()));
   c_.resize(index(basis_.pattern.order()));
 }
 
+// Small clusters save inner iterations, large ones work: a factorisation may take that of ten
+// products, each of which takes about 200 multiplications a row.
+void CoarseSpace::choose_clusters() {
+  constexpr std::int64_t smallest = 8;
+  const double most_work = 10 * 200 * static_cast<double>(layout_.rows);
+  for (std::int64_t size = smallest;; size *= 2) {
+    HubClusters clusters = cluster_hubs(layout_, size);
+    SymmetricPattern pattern = cluster_pattern(layout_, clusters, basis_.most_clusters);
+    CholeskyPlan plan = plan_cholesky(pattern);
+    if (plan.work > most_work && clusters.count > 1) continue;
+    basis_.cluster = std::move(clusters.of_hub);
+    basis_.pattern = std::move(pattern);
+    cholesky_ = Cholesky::make(std::move(plan), pool_);
+    return;
+  }
+}
+
+void CoarseSpace::list_hubs() {
+  begin_.assign(index(clusters() + 1), 0);
+  for (const std::int32_t g : basis_.cluster) ++begin_[index(g) + 1];
+  std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+  hubs_.resize(index(layout_.hubs));
+  std::vector<std::int64_t> next(begin_.begin(), begin_.end() - 1);
+  for (std::int64_t h = 0; h < layout_.hubs; ++h) {
+    hubs_[index(next[index(basis_.cluster[index(h)])]++)] = static_cast<std::int32_t>(h);
+  }
+}
+
 bool CoarseSpace::build(ReducedSystem& system, const Linearization& at,
-                        const DiagonalBlocks& diagonal) {
+                        const DiagonalBlocks& diagonal, const double* inverse_scaling) {
   take_modes(at);
+  multiply_rows(inverse_scaling, true);
   orthonormalise(diagonal);
+  multiply_rows(inverse_scaling, false);
   const double* values = system.coarse_matrix(basis_);
+  multiply_rows(inverse_scaling, true);
   // The modes have unit length in the norm of the blocks. A free gauge leaves seven of all clusters
   // together without curvature but the damping's, which may be less than rounding.
   for (double regularisation = 1e-12; regularisation < 1e-5; regularisation *= 100) {
-    if (factor(values, regularisation)) { if (std::getenv("DBG")) { int z=0; for (int g=0; g<clusters(); ++g) for (int i=0;i<modes_;++i) z += values[basis_.pattern.row_begin[g]*modes_*modes_+i*(modes_+1)]==0; fprintf(stderr,"reg %g clusters %ld blocks %zu zero %d most %ld %s\n", regularisation, clusters(), basis_.pattern.column.size(), z, basis_.most_clusters, cholesky_->description().c_str()); if (std::getenv("DBG")[0]==50) for (int g=0; g<clusters(); ++g) fprintf(stderr, "%ld ", begin_[g+1]-begin_[g]);} return true; }
+    if (factor(values, regularisation)) return true;
   }
   return false;
 }
@@ -88,47 +112,39 @@ bool CoarseSpace::build(ReducedSystem& system, const Linearization& at,
 // What no row feels stays.
 void CoarseSpace::take_modes(const Linearization& at) {
   std::copy_n(at.hub_modes, basis_.P.size(), basis_.P.begin());
-  feels_.resize(index(layout_.unknowns()));
   at.normal->diagonal(0, std::numeric_limits<double>::max(), feels_.data());
   for (std::int64_t i = 0; i < layout_.size(Side::hubs); ++i) {
     if (!(feels_[index(i)] > 0)) std::fill_n(basis_.P.data() + i * modes_, modes_, 0.0);
   }
 }
 
+void CoarseSpace::multiply_rows(const double* factors, bool divide) {
+  if (factors == nullptr) return;
+  for (std::int64_t i = 0; i < layout_.size(Side::hubs); ++i) {
+    const double factor = divide ? 1 / factors[i] : factors[i];
+    for (int j = 0; j < modes_; ++j) basis_.P[index(i * modes_ + j)] *= factor;
+  }
+}
+
 // P := P F by cluster, with F F^T = (P^T N P)^-1 and N the diagonal blocks. Modes that depend on
 // others, as in a cluster of one hub, become zero.
 void CoarseSpace::orthonormalise(const DiagonalBlocks& diagonal) {
-  const int K = layout_.hub_size, N = modes_;
   const double* blocks = diagonal.runs.front().values.data();
+  const int size = layout_.hub_size * modes_;
   parallel_for(pool_, clusters(), 1, [&](std::int64_t first, std::int64_t last) {
-    std::array<double, most_modes * most_modes> gram, F;
-    std::array<double, most_modes> row;
     for (std::int64_t g = first; g < last; ++g) {
-      gram.fill(0);
+      Modes gram = Modes::Zero(modes_, modes_), F(modes_, modes_);
       for (std::int64_t p = begin_[index(g)]; p < begin_[index(g + 1)]; ++p) {
         const std::int64_t hub = hubs_[index(p)];
-        const double* block = blocks + hub * K * K;
-        const double* P = basis_.P.data() + hub * K * N;
-        for (int i = 0; i < K; ++i) {
-          row.fill(0);
-          for (int k = 0; k < K; ++k) {
-            for (int j = 0; j < N; ++j) row[index(j)] += block[i * K + k] * P[k * N + j];
-          }
-          for (int m = 0; m < N; ++m) {
-            for (int j = 0; j < N; ++j) gram[index(m * N + j)] += P[i * N + m] * row[index(j)];
-          }
-        }
+        const Eigen::Map<const Modes> P(basis_.P.data() + hub * size, layout_.hub_size, modes_);
+        const Eigen::Map<const Modes> N(blocks + hub * layout_.hub_size * layout_.hub_size,
+                                        layout_.hub_size, layout_.hub_size);
+        gram += P.transpose() * Modes(N * P);
       }
-      inverse_factor(gram.data(), N, F.data());
+      inverse_factor(gram.data(), modes_, F.data());
       for (std::int64_t p = begin_[index(g)]; p < begin_[index(g + 1)]; ++p) {
-        double* P = basis_.P.data() + hubs_[index(p)] * K * N;
-        for (int i = 0; i < K; ++i, P += N) {
-          row.fill(0);
-          for (int m = 0; m < N; ++m) {
-            for (int j = 0; j < N; ++j) row[index(j)] += P[m] * F[index(m * N + j)];
-          }
-          std::copy_n(row.begin(), N, P);
-        }
+        Eigen::Map<Modes> P(basis_.P.data() + hubs_[index(p)] * size, layout_.hub_size, modes_);
+        P = Modes(P * F);
       }
     }
   });
@@ -151,12 +167,6 @@ bool CoarseSpace::factor(const double* values, double regularisation) {
     }
   }
   return cholesky_->factor();
-}
-
-void CoarseSpace::scale(const double* inverse_scaling) {
-  for (std::int64_t i = 0; i < layout_.size(Side::hubs); ++i) {
-    for (int j = 0; j < modes_; ++j) basis_.P[index(i * modes_ + j)] /= inverse_scaling[i];
-  }
 }
 
 void CoarseSpace::add_correction(const double* r, double* z) {

@@ -9,28 +9,31 @@
 namespace raybundle::linalg {
 
 /// The coarse part of a two-level preconditioner, P (P^T A P)^-1 P^T, for the Schur complement A of
-/// the leaves. Clusters of hubs move as Linearization::hub_modes say; what no row feels (what is
+/// the leaves; the fine part are the diagonal blocks, and the two are added [Dryja, Widlund]. Clusters of hubs move as Linearization::hub_modes say; what no row feels (what is
 /// held, and hubs without leaves) does not move with them.
 class CoarseSpace {
  public:
   /// `layout` and `pool` outlive it. Throws std::bad_alloc.
   CoarseSpace(const BlockLayout& layout, ThreadPool& pool);
 
-  /// From a prepared system, its linearisation, and the diagonal blocks of A. False where P^T A P
-  /// has no factor: then there is nothing to apply.
-  bool build(ReducedSystem& system, const Linearization& at, const DiagonalBlocks& diagonal);
-  /// The space of the unknowns D x instead; call after build().
-  void scale(const double* inverse_scaling);
+  /// From a prepared system, its linearisation, and the diagonal blocks of A; of the unknowns D x
+  /// with D^-1 A D^-1 where `inverse_scaling` has D^-1, else it is null. False where P^T A P has no
+  /// factor: then there is nothing to apply.
+  bool build(ReducedSystem& system, const Linearization& at, const DiagonalBlocks& diagonal,
+             const double* inverse_scaling);
 
   /// z += P (P^T A P)^-1 P^T r.
   void add_correction(const double* r, double* z);
 
   std::int64_t clusters() const { return basis_.pattern.blocks(); }
-  std::int64_t order() const { return basis_.pattern.order(); }
+  const CoarseBasis& basis() const { return basis_; }  ///< as the last build() left it
 
  private:
+  void choose_clusters();
+  void list_hubs();
   void take_modes(const Linearization& at);
   void orthonormalise(const DiagonalBlocks& diagonal);
+  void multiply_rows(const double* factors, bool divide);
   bool factor(const double* values, double regularisation);
 
   const BlockLayout& layout_;

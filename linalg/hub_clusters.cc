@@ -96,7 +96,8 @@ void join_fragments(const BlockLayout& layout, std::int64_t size,
     for (const std::int32_t hub : clusters[g]) {
       for_neighbours(layout, hub, [&](std::int32_t other) { shared.add(of_hub[index(other)]); });
     }
-    const std::int32_t to = shared.most([&](std::int32_t i) { return index(i) != g; }, [](std::int32_t) { return 1; });
+    const std::int32_t to =
+        shared.most([&](std::int32_t i) { return index(i) != g; }, [](std::int32_t) { return 1; });
     if (to == none) continue;
     for (const std::int32_t hub : clusters[g]) {
       of_hub[index(hub)] = to;

@@ -22,8 +22,7 @@ class HubSums {
 
   /// The same of `size` numbers, whatever they belong to.
   template <class Add>
-  double* form_all(const BlockLayout& layout, std::int64_t size, ThreadPool& pool,
-                         Add&& add) {
+  double* form_all(const BlockLayout& layout, std::int64_t size, ThreadPool& pool, Add&& add) {
     constexpr std::int64_t grain = 128;
     const Chunks pieces = chunks(layout.leaves, grain, most_parts(layout.rows, size));
     parts_.resize(index(std::max<std::int64_t>(pieces.pieces, 1) * size));

@@ -23,10 +23,10 @@ struct Linearization {
 /// A coarse space over the hubs: x = P c, with one block of P for each hub and one of c for each
 /// cluster of hubs (HubClusters).
 struct CoarseBasis {
-  std::vector<std::int32_t> cluster;    ///< of a hub
-  std::vector<double> P;                ///< hubs x (hub_size x modes), row-major
-  SymmetricPattern pattern;             ///< of P^T A P
-  std::int64_t most_clusters = 0;       ///< that one leaf touches
+  std::vector<std::int32_t> cluster;  ///< of a hub
+  std::vector<double> P;              ///< hubs x (hub_size x modes), row-major
+  SymmetricPattern pattern;           ///< of P^T A P
+  std::int64_t most_clusters = 0;     ///< that one leaf touches
 };
 
 /// Square blocks along a diagonal, in runs of equal size.

@@ -7,7 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <new>
+#include <optional>
 
 namespace raybundle {
 namespace {
@@ -24,15 +25,19 @@ class PcgStep final : public StepSolver {
  public:
   PcgStep(const Options& options, Elimination elimination, const linalg::BlockLayout& layout,
           linalg::ThreadPool& pool)
-      : layout_(layout), elimination_(elimination),
+      : elimination_(elimination),
         block_region_(layout, eliminated_side(elimination)),
         preconditioner_kind_(*options.preconditioner),
+        adaptive_(*options.preconditioner == Preconditioner::adaptive),
         max_iterations_(*options.max_inner_iterations),
+        layout_(layout),
         pool_(pool),
         system_(make_reduced_system(layout, eliminated_side(elimination), pool)),
         pcg_(system_->size(), pool),
         b_(index(system_->size())),
-        x_(index(system_->size())) {}
+        x_(index(system_->size())) {
+    if (preconditioner_kind_ == Preconditioner::two_level) coarse_.emplace(layout, pool);
+  }
 
   StepReport solve(const StepRequest& request, double* step) override {
     system_->prepare(request.at, block_region_.hold(request));
@@ -44,13 +49,9 @@ class PcgStep final : public StepSolver {
     build_preconditioner(request);
     for (double& b : b_) b = -b;
     scale(b_.data());
-    const auto result = pcg_.solve(
-        [this](const double* x, double* y) { apply(x, y); },
-        [this](const double* r, double* z) { precondition(r, z); },
-        b_.data(), stop(request), x_.data());
     StepReport report;
+    const linalg::Pcg::Result result = iterate(request, report);
     report.eliminated = elimination_;
-    report.inner_iterations = result.iterations;
     report.inner_capped = result.end == linalg::Pcg::End::max_iterations;
     report.on_boundary = result.end == linalg::Pcg::End::boundary;
     report.length = norm(x_);
@@ -64,8 +65,11 @@ class PcgStep final : public StepSolver {
 
   Linear linear() const override { return Linear::implicit_pcg; }
   std::string description() const override {
-    return "conjugate gradients on the implicit system of order " +
-           std::to_string(system_->size()) + ", preconditioner " + name(preconditioner_kind_);
+    std::string text = "conjugate gradients on the implicit system of order " +
+                       std::to_string(system_->size()) + ", preconditioner " +
+                       name(preconditioner_kind_);
+    if (coarse_) text += " with " + std::to_string(coarse_->clusters()) + " clusters";
+    return text;
   }
 
  private:
@@ -84,46 +88,66 @@ class PcgStep final : public StepSolver {
             .radius = request.radius};
   }
 
-  // The preconditioner of the scaled matrix: that of A, with its blocks scaled. The right side, b_,
-  // comes with the diagonal of A.
-  void precondition(const double* r, double* z) {
-    static const bool mult = std::getenv("MULT") != nullptr;
-    if (!coarse_ || !mult) {
-      preconditioner_.apply(r, z, system_->size(), pool_);
-      if (coarse_) coarse_->add_correction(r, z);
-      return;
+  // `adaptive` begins without a coarse space, and begins anew with one where the inner iterations
+  // turn out to be too many; where they are merely many, the next step has it.
+  linalg::Pcg::Result iterate(const StepRequest& request, StepReport& report) {
+    linalg::Pcg::Stop until = stop(request);
+    const bool may_begin_anew = adaptive_ && max_iterations_ > too_many_inner_iterations;
+    if (may_begin_anew) until.max_iterations = too_many_inner_iterations;
+    linalg::Pcg::Result result = iterate(until);
+    report.inner_iterations = result.iterations;
+    report.two_level = coarse_acts_;
+    if (adaptive_ && result.iterations > many_inner_iterations) make_coarse_space();
+    if (may_begin_anew && result.end == linalg::Pcg::End::max_iterations) {
+      if (coarse_) build_coarse_space(request);
+      until.max_iterations = max_iterations_;
+      result = iterate(until);
+      report.inner_iterations += result.iterations;
     }
-    const std::size_t n = index(system_->size());
-    std::vector<double> q(n, 0.0), Aq(n), s(n), y(n), Ay(n);
-    coarse_->add_correction(r, q.data());
-    system_->apply(q.data(), Aq.data());
-    for (std::size_t i = 0; i < n; ++i) s[i] = r[i] - Aq[i];
-    preconditioner_.apply(s.data(), y.data(), system_->size(), pool_);
-    system_->apply(y.data(), Ay.data());
-    for (std::size_t i = 0; i < n; ++i) Ay[i] = -Ay[i];
-    for (std::size_t i = 0; i < n; ++i) z[i] = q[i] + y[i];
-    coarse_->add_correction(Ay.data(), z);
+    return result;
   }
 
+  linalg::Pcg::Result iterate(const linalg::Pcg::Stop& until) {
+    return pcg_.solve([this](const double* x, double* y) { apply(x, y); },
+                      [this](const double* r, double* z) { precondition(r, z); }, b_.data(), until,
+                      x_.data());
+  }
+
+  void precondition(const double* r, double* z) {
+    preconditioner_.apply(r, z, system_->size(), pool_);
+    if (coarse_acts_) coarse_->add_correction(r, z);
+  }
+
+  // Without the memory for it things stay as they are.
+  void make_coarse_space() {
+    adaptive_ = false;
+    try {
+      coarse_.emplace(layout_, pool_);
+    } catch (const std::bad_alloc&) {
+      coarse_.reset();
+    }
+  }
+
+  void build_coarse_space(const StepRequest& request) {
+    coarse_acts_ = coarse_->build(*system_, request.at, blocks_, inverse_);
+  }
+
+  // The preconditioner of the scaled matrix: that of A, with its blocks scaled. The right side, b_,
+  // comes with the diagonal of A.
   void build_preconditioner(const StepRequest& request) {
     using Form = linalg::Preconditioner::Form;
     const Preconditioner kind = preconditioner_kind_;
-    if (kind == Preconditioner::diag_s || kind == Preconditioner::block_diag_s ||
-        kind == Preconditioner::two_level) {
+    if (needs_schur_complement(kind)) {
       system_->reduced_diagonal(blocks_, b_.data());
     } else {
       system_->gradient(b_.data());
       if (kind == Preconditioner::identity) return preconditioner_.build(Form::identity, blocks_);
       system_->diagonal_blocks(blocks_);
     }
-    if (kind == Preconditioner::two_level) {
-      if (!coarse_) coarse_.emplace(layout_, pool_);
-      if (!coarse_->build(*system_, request.at, blocks_)) std::abort();
-      if (inverse_ != nullptr) coarse_->scale(inverse_);
-    }
     if (inverse_ != nullptr) scale_blocks();
     const bool diagonal = kind == Preconditioner::diag_b || kind == Preconditioner::diag_s;
     preconditioner_.build(diagonal ? Form::diagonal : Form::blocks, blocks_);
+    if (coarse_) build_coarse_space(request);
   }
 
   void scale_blocks() {
@@ -151,17 +175,19 @@ class PcgStep final : public StepSolver {
     linalg::for_entries(system_->size(), pool_, [&](std::size_t i) { x[i] *= inverse_[i]; });
   }
 
-  const linalg::BlockLayout& layout_;
-  std::optional<linalg::CoarseSpace> coarse_;
   Elimination elimination_;
   BlockRegion block_region_;
   Preconditioner preconditioner_kind_;
+  bool adaptive_;  // and has not gone over yet
   int max_iterations_;
+  const linalg::BlockLayout& layout_;
   linalg::ThreadPool& pool_;
   std::unique_ptr<linalg::ReducedSystem> system_;
   linalg::Pcg pcg_;
   linalg::Preconditioner preconditioner_;
   linalg::DiagonalBlocks blocks_;
+  std::optional<linalg::CoarseSpace> coarse_;
+  bool coarse_acts_ = false;
   std::vector<double> b_;
   std::vector<double> x_;
   std::vector<double> scaled_;

@@ -281,8 +281,7 @@ void TrustRegion::fill_matrices() {
 void TrustRegion::fill_modes() {
   if (!has_coarse_space(summary_.options)) return;
   const linalg::BlockLayout& layout = objective_.layout();
-  hub_modes_.resize(index(layout.size(linalg::Side::hubs) *
-                          linalg::coarse_modes(layout.hub_size)));
+  hub_modes_.resize(index(layout.size(linalg::Side::hubs) * linalg::coarse_modes(layout.hub_size)));
   camera_modes(objective_.formulation().pose_update, state_.cameras, layout.hub_size,
                hub_modes_.data());
 }

@@ -68,7 +68,7 @@ class TrustRegion {
   std::vector<double> damping_matrix_;    // D
   std::vector<double> damping_diagonal_;  // mu D
   std::vector<double> inverse_scaling_;   // D^-1 of the scaled unknowns; empty: the identity
-  std::vector<double> hub_modes_;  // Linearization::hub_modes; empty where nobody asks
+  std::vector<double> hub_modes_;         // Linearization::hub_modes; empty where nobody asks
   std::vector<double> step_;
   std::vector<double> whole_step_;  // before points were held
   linalg::LargeVector<double> J_step_;

@@ -72,8 +72,7 @@ struct Coarse {
       const std::int32_t hub = view.kept.block[view.anchors.coupling[k]];
       double* T = enter(coarse, coarse.cluster[hub], count);
       for (int i = 0; i < E; ++i) {
-        const Row<N> ZP =
-            project(view.anchors.Z + (k * E + i) * K, coarse.P + Index{hub} * K * N);
+        const Row<N> ZP = project(view.anchors.Z + (k * E + i) * K, coarse.P + Index{hub} * K * N);
         auto of_T = Row<N>::load(T + i * N), of_Z = Row<N>::load(T + (E + i) * N);
         of_T.add(-view.D[e * E + i], ZP);
         of_Z.add(1, ZP);

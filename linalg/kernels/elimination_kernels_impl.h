@@ -266,10 +266,17 @@ struct Eliminate {
 template <int R, int K, int E, bool anchored>
 constexpr EliminationKernels make_elimination_kernels() {
   using Kernels = Eliminate<R, K, E, anchored>;
-  return {&Kernels::factor,        &Kernels::transform,    &Kernels::reduce_gradient,
-          &Kernels::project,       &Kernels::multiply,     &Kernels::back_substitute,
-          &Kernels::add_products,  &Kernels::add_diagonal, &Kernels::diagonal_blocks,
-          &Kernels::coupling_block, coarse_products<R, K, E, anchored>()};
+  return {&Kernels::factor,
+          &Kernels::transform,
+          &Kernels::reduce_gradient,
+          &Kernels::project,
+          &Kernels::multiply,
+          &Kernels::back_substitute,
+          &Kernels::add_products,
+          &Kernels::add_diagonal,
+          &Kernels::diagonal_blocks,
+          &Kernels::coupling_block,
+          coarse_products<R, K, E, anchored>()};
 }
 
 }  // namespace
