@@ -9,7 +9,7 @@
 namespace raybundle::linalg {
 
 /// The coarse part of a two-level preconditioner, P (P^T A P)^-1 P^T, for the Schur complement A of
-/// the leaves; the fine part are the diagonal blocks, and the two are added [Dryja, Widlund]. Clusters of hubs move as Linearization::hub_modes say; what no row feels (what is
+/// the leaves; the fine part are the diagonal blocks, and the two are added. Clusters of hubs move as Linearization::hub_modes say; what no row feels (what is
 /// held, and hubs without leaves) does not move with them.
 class CoarseSpace {
  public:

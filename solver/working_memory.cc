@@ -63,11 +63,13 @@ double of_product(const Sizes& n, Elimination elimination) {
   return camera_sums(n, 9) + camera_sums(n, linalg::triangle_size(9) + 9);
 }
 
-/// Preconditioner with its factors, what a product needs, and the vectors of the iteration.
+/// Preconditioner with its factors and, of clusters, their modes (their matrix is counted where its
+/// sparsity is known, linalg/cholesky.h), what a product needs, and the vectors of the iteration.
 double conjugate_gradients(const Sizes& n, Elimination elimination) {
   const double camera_blocks = elimination == Elimination::cameras ? 0 : 81 * n.cameras;
   const double point_blocks = elimination == Elimination::points ? 0 : 9 * n.points;
-  return 2 * word * (camera_blocks + point_blocks) + of_product(n, elimination) +
+  const double modes = 2 * 90 * (elimination == Elimination::points ? n.cameras : 0);
+  return 2 * word * (camera_blocks + point_blocks) + of_product(n, elimination) + word * modes +
          7 * word * kept_unknowns(n, elimination);
 }
 
