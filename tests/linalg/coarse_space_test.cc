@@ -119,7 +119,9 @@ TEST(CoarseSpace, MatrixIsThatOfTheDenseProduct) {
   for (const BlockSystemOptions& options : systems()) {
     Fixture f(options);
     ASSERT_TRUE(f.build());
-    if (options.hubs == 40) EXPECT_GE(f.space.clusters(), 3);
+    if (options.hubs == 40) {
+      EXPECT_GE(f.space.clusters(), 3);
+    }
     const MatrixXd expected = f.P().transpose() * f.A * f.P();
     EXPECT_LE((f.coarse() - expected).norm(), 1e-11 * (1 + expected.norm())) << test::name(options);
   }
@@ -133,10 +135,10 @@ TEST(CoarseSpace, ModesAreOrthonormal) {
     const int n = f.system.layout.hub_size;
     MatrixXd N = MatrixXd::Zero(f.A.rows(), f.A.cols());
     for (Eigen::Index b = 0; b < N.rows(); b += n) N.block(b, b, n, n) = f.A.block(b, b, n, n);
-    const MatrixXd gram = f.P().transpose() * N * f.P();
+    const MatrixXd P = f.P(), gram = P.transpose() * N * P;
     for (Eigen::Index i = 0; i < gram.rows(); ++i) {
       for (Eigen::Index j = 0; j < gram.rows(); ++j) {
-        const bool zero = f.P().col(i).norm() == 0;
+        const bool zero = P.col(i).norm() == 0;
         EXPECT_NEAR(gram(i, j), i == j && !zero ? 1 : 0, 1e-6) << test::name(options);
       }
     }
@@ -172,8 +174,8 @@ TEST(CoarseSpace, PreconditionerIsSymmetricAndDefinite) {
       EXPECT_LE((M - M.transpose()).norm(), 1e-9 * M.norm()) << test::name(options);
       EXPECT_EQ(Eigen::LLT<MatrixXd>(M).info(), Eigen::Success) << test::name(options);
       // On its own space the coarse part is exact: P c for r = A P c.
-      const VectorXd c = VectorXd::Ones(f.P().cols());
-      const VectorXd x = f.P() * c;
+      const MatrixXd P = f.P();
+      const VectorXd x = P * VectorXd::Ones(P.cols());
       MatrixXd A = f.A;
       if (scaled) A = inverse_scaling.asDiagonal() * f.A * inverse_scaling.asDiagonal();
       const VectorXd r = A * x;

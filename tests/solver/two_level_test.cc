@@ -51,8 +51,8 @@ TEST(TwoLevel, FindsTheMinimumWhateverIsDescribedOrHeld) {
     const Summary one = solve(second, options);
     EXPECT_NEAR(two.final_cost, one.final_cost, 1e-5 * one.final_cost);
     EXPECT_LE(two.inner_iterations, one.inner_iterations);
-    for (int k = 0; k < 6; ++k) {
-      if (!problem.fixed_camera_parameters.empty()) EXPECT_EQ(first.cameras[k], problem.cameras[k]);
+    for (std::size_t k = 0; k < 6 && !problem.fixed_camera_parameters.empty(); ++k) {
+      EXPECT_EQ(first.cameras[k], problem.cameras[k]);
     }
   };
   for (const PoseUpdate update : {PoseUpdate::global, PoseUpdate::local, PoseUpdate::se3}) {
