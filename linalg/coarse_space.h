@@ -9,8 +9,9 @@
 namespace raybundle::linalg {
 
 /// The coarse part of a two-level preconditioner, P (P^T A P)^-1 P^T, for the Schur complement A of
-/// the leaves; the fine part are the diagonal blocks, and the two are added. Clusters of hubs move as Linearization::hub_modes say; what no row feels (what is
-/// held, and hubs without leaves) does not move with them.
+/// the leaves; the fine part are the diagonal blocks, and the two are added. Clusters of hubs move
+/// as Linearization::hub_modes say; what no row feels (what is held, and hubs without leaves) does
+/// not move with them.
 class CoarseSpace {
  public:
   /// `layout` and `pool` outlive it. Throws std::bad_alloc.

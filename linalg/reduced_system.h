@@ -71,8 +71,8 @@ class ReducedSystem {
   virtual void diagonal_blocks(DiagonalBlocks& out) = 0;
   /// Those of A, and v.
   virtual void reduced_diagonal(DiagonalBlocks& out, double* v) = 0;
-  /// P^T A P, in the order of its pattern's blocks, modes x modes numbers each; valid until the next
-  /// call. Only where the leaves are eliminated: throws std::logic_error otherwise.
+  /// P^T A P, in the order of its pattern's blocks, modes x modes numbers each; valid until
+  /// the next call. Only where the leaves are eliminated: throws std::logic_error otherwise.
   virtual const double* coarse_matrix(const CoarseBasis& basis);
 };
 

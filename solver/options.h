@@ -15,8 +15,8 @@ enum class Method { automatic, lm_cholesky, tnm, inm, dinm, adinm, dogleg, irls 
 enum class Elimination { none, points, cameras };
 /// How the (reduced) linear system is solved.
 enum class Linear { dense_cholesky, sparse_cholesky, implicit_pcg };
-/// Preconditioners of [Qu18, 3.3.5], where B and S are the undiminished and the Schur-reduced matrix
-/// of the side that is kept; and beyond: block-diag-s with a coarse space of camera clusters
+/// Preconditioners of [Qu18, 3.3.5], where B and S are the undiminished and the Schur-reduced
+/// matrix of the side that is kept; and beyond: block-diag-s with a coarse space of camera clusters
 /// (linalg/coarse_space.h), from the first step on or once inner iterations are many.
 enum class Preconditioner { identity, diag_b, b, diag_s, block_diag_s, two_level, adaptive };
 /// The diagonal matrix that is added (damping) or that scales the unknowns: see
