@@ -90,8 +90,8 @@ struct BlockRowView {
 
 /// A coarse space over the kept blocks: block k moves by P_k (kept x modes, row-major) times
 /// what cluster[k] does. Block (g, h) of a pattern of clusters, of modes x modes numbers,
-/// stands at the position of h in row g; g <= h, (g, g) comes first. The last three are scratch: for
-/// each cluster -1; and room for the clusters of one eliminated block, coarse_numbers() each.
+/// stands at the position of h in row g; g <= h, (g, g) comes first. The last three are scratch:
+/// for each cluster -1; and room for the clusters of one eliminated block, coarse_numbers() each.
 struct CoarseView {
   const std::int32_t* cluster;
   const double* P;
