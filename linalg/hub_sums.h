@@ -5,6 +5,7 @@
 #include <raybundle/linalg/parallel.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace raybundle::linalg {
 
@@ -15,8 +16,13 @@ class HubSums {
   /// Calls add(first, last, piece, sums) for the pieces of the leaves, with the sums of that piece
   /// so far, hub by hub, and returns those of all; they stay until the next call.
   template <class Add>
-  const double* form(const BlockLayout& layout, std::int64_t numbers, ThreadPool& pool, Add&& add) {
-    const std::int64_t size = layout.hubs * numbers;
+  double* form(const BlockLayout& layout, std::int64_t numbers, ThreadPool& pool, Add&& add) {
+    return form_all(layout, layout.hubs * numbers, pool, std::forward<Add>(add));
+  }
+
+  /// The same of `size` numbers, whatever they belong to.
+  template <class Add>
+  double* form_all(const BlockLayout& layout, std::int64_t size, ThreadPool& pool, Add&& add) {
     const Chunks pieces = HubSums::pieces(layout, size);
     parts_.resize(index(std::max<std::int64_t>(pieces.pieces, 1) * size));
     if (pieces.pieces == 0) std::fill_n(parts_.data(), size, 0.0);

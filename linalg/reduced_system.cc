@@ -3,7 +3,13 @@
 #include <raybundle/linalg/full_system.h>
 #include <raybundle/linalg/schur_complement.h>
 
+#include <stdexcept>
+
 namespace raybundle::linalg {
+
+const double* ReducedSystem::coarse_matrix(const CoarseBasis& /*basis*/) {
+  throw std::logic_error("a coarse space is one of hubs, with the leaves eliminated");
+}
 
 std::unique_ptr<ReducedSystem> make_reduced_system(const BlockLayout& layout,
                                                    std::optional<Side> eliminated,

@@ -14,6 +14,18 @@ namespace raybundle::linalg {
 struct Linearization {
   const BlockJacobian* J;
   const NormalEquations* normal;
+  /// In which ways hubs move together at little cost: of each hub hub_size x coarse_modes(hub_size)
+  /// numbers, row-major; null where nobody says.
+  const double* hub_modes = nullptr;
+};
+
+/// A coarse space over the hubs: x = P c, with one block of P for each hub and one of c for each
+/// cluster of hubs (HubClusters).
+struct CoarseBasis {
+  std::vector<std::int32_t> cluster;  ///< of a hub
+  std::vector<double> P;              ///< hubs x (hub_size x modes), row-major
+  SymmetricPattern pattern;           ///< of P^T A P
+  std::int64_t most_clusters = 0;     ///< that one leaf touches
 };
 
 /// Square blocks along a diagonal, in runs of equal size.
@@ -58,6 +70,9 @@ class ReducedSystem {
   virtual void diagonal_blocks(DiagonalBlocks& out) = 0;
   /// Those of A, and v.
   virtual void reduced_diagonal(DiagonalBlocks& out, double* v) = 0;
+  /// P^T A P, in the order of its pattern's blocks, modes x modes numbers each; valid until
+  /// the next call. Only where the leaves are eliminated: throws std::logic_error otherwise.
+  virtual const double* coarse_matrix(const CoarseBasis& basis);
 };
 
 /// `layout` and `pool` outlive the system. No side to eliminate: the full system.

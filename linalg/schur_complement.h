@@ -6,6 +6,13 @@
 
 namespace raybundle::linalg {
 
+/// What a pass over the leaves for a coarse matrix takes, by piece of work.
+struct CoarseScratch {
+  std::vector<std::int32_t> place;  // of each cluster
+  std::vector<std::int32_t> found;
+  std::vector<double> numbers;
+};
+
 /// The reduced system after eliminating one side. With k the kept and e the eliminated side,
 /// M M^T = (H_ee + D_e)^-1 block by block and q = M M^T g_e,
 ///   A = J_k^T P J_k + D_k,  P = I - J_e M M^T J_e^T,  v = g_k - J_k^T J_e q,
@@ -31,6 +38,7 @@ class SchurComplement final : public ReducedSystem {
   double expand(const double* x, double* step) override;
   void diagonal_blocks(DiagonalBlocks& out) override;
   void reduced_diagonal(DiagonalBlocks& out, double* v) override;
+  const double* coarse_matrix(const CoarseBasis& basis) override;
 
   /// Eliminated blocks that Cholesky refused in the last prepare().
   std::int64_t deficient_blocks() const { return deficient_blocks_; }
@@ -48,6 +56,8 @@ class SchurComplement final : public ReducedSystem {
   void apply_to_leaves(const double* x, double* y);
   double* scratch(std::int64_t piece) { return scratch_.data() + piece * most_residuals_; }
   void reduced_diagonal_of_hubs(double* A, double* v);
+  CoarseView coarse_view(const CoarseBasis& basis, std::int64_t piece);
+  void add_coarse_damping(const CoarseBasis& basis, double* values) const;
   void start_diagonal(DiagonalBlocks& out) const;
   void damp_diagonal(DiagonalBlocks& out) const;
   void start_row(SymmetricBlocks& A, std::int64_t a, double* v) const;
@@ -66,6 +76,8 @@ class SchurComplement final : public ReducedSystem {
   LargeVector<double> rows_;         // scratch of apply_to_leaves(), one number per residual
   HubSums product_sums_;             // of apply_to_hubs()
   HubSums diagonal_sums_;            // of reduced_diagonal_of_hubs()
+  HubSums coarse_sums_;              // of coarse_matrix()
+  CoarseScratch coarse_scratch_;     // likewise
   std::vector<double> hub_blocks_;   // of H, where hubs are eliminated
   LargeVector<std::int32_t> hub_positions_;  // likewise
   std::int64_t most_residuals_ = 0;  // of an eliminated block

@@ -11,6 +11,7 @@ LinearWork linear_work(const linalg::BlockLayout& layout) {
   constexpr double row_nanoseconds = 10;       // of a product
   constexpr double prepared_nanoseconds = 35;  // of a row: elimination and preconditioner
   constexpr double pair_nanoseconds = 25;      // of the products of two rows of a leaf
+  constexpr double coarse_nanoseconds = 130;   // of a row: matrix and factor
   const double width = static_cast<double>(layout.hub_size) / 9;
   const auto rows = static_cast<double>(layout.rows);
   double pairs = 0;
@@ -21,7 +22,8 @@ LinearWork linear_work(const linalg::BlockLayout& layout) {
   }
   return {.product = per_nanosecond * row_nanoseconds * width * rows,
           .preparation = per_nanosecond * prepared_nanoseconds * width * width * rows,
-          .assembly = per_nanosecond * pair_nanoseconds * width * width * pairs};
+          .assembly = per_nanosecond * pair_nanoseconds * width * width * pairs,
+          .coarse = per_nanosecond * coarse_nanoseconds * width * width * rows};
 }
 
 }  // namespace raybundle

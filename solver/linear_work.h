@@ -11,6 +11,7 @@ struct LinearWork {
   double product = 0;      ///< one implicit product of the reduced system
   double preparation = 0;  ///< of a step by conjugate gradients beside its products
   double assembly = 0;     ///< of the reduced matrix
+  double coarse = 0;       ///< of the coarse space of a step by two levels
 };
 
 /// Of a layout whose leaves are eliminated.

@@ -12,7 +12,7 @@ constexpr std::array table = {
                  .name = "auto",
                  .help = "damped steps by factorisation or conjugate gradients, the lesser work",
                  .inner = InnerSolve::automatic,
-                 .preconditioner = Preconditioner::block_diag_s,
+                 .preconditioner = Preconditioner::adaptive,
                  .damping_matrix = DiagonalMatrix::diag_h},
     // [Qu18, 3.2] "LMA-CD"
     MethodTraits{.method = Method::lm_cholesky,
@@ -25,7 +25,7 @@ constexpr std::array table = {
                  .name = "tnm",
                  .help = "truncated Newton: damped steps by conjugate gradients",
                  .inner = InnerSolve::pcg,
-                 .preconditioner = Preconditioner::block_diag_s,
+                 .preconditioner = Preconditioner::adaptive,
                  .damping_matrix = DiagonalMatrix::diag_h},
     // [Qu18, Alg. 3, 4, 5]
     MethodTraits{.method = Method::inm,

@@ -33,8 +33,8 @@ void visit_options(AnyOptions& o, Visit&& visit) {
                    "side eliminated before the inner solve; auto: points, adinm: by condition"});
   visit(o.linear, OptionInfo{"linear", "solver of the (reduced) linear system; auto: by work"});
   visit(o.preconditioner, OptionInfo{"preconditioner",
-                                     "preconditioner of the inner iterations; auto: block-diag-s, "
-                                     "with elimination none b"});
+                                     "preconditioner of the inner iterations; auto: adaptive for "
+                                     "auto and tnm, else block-diag-s; with elimination none b"});
   visit(o.damping_matrix, OptionInfo{"damping-matrix",
                                      "matrix that the damping multiplies; auto: diag-h for "
                                      "auto, lm-cholesky and tnm, else identity"});
@@ -156,7 +156,7 @@ inline constexpr int enum_count<Elimination> = 3;
 template <>
 inline constexpr int enum_count<Linear> = 3;
 template <>
-inline constexpr int enum_count<Preconditioner> = 5;
+inline constexpr int enum_count<Preconditioner> = 7;
 template <>
 inline constexpr int enum_count<DiagonalMatrix> = 3;
 template <>

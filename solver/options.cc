@@ -72,11 +72,18 @@ void refuse_solver_choices(const Options& o, const MethodTraits& method) {
     throw OptionError(std::string("--linear ") + name(*o.linear) + ": " + who +
                       " iterates; use lm-cholesky");
   }
-  const bool schur = o.preconditioner == Preconditioner::diag_s ||
-                     o.preconditioner == Preconditioner::block_diag_s;
+  const bool schur = o.preconditioner && needs_schur_complement(*o.preconditioner);
   if (schur && o.elimination == Elimination::none) {
     throw OptionError(std::string("--preconditioner ") + name(*o.preconditioner) +
                       ": there is no Schur complement when nothing is eliminated; use diag-b or b");
+  }
+  const bool clusters =
+      o.preconditioner == Preconditioner::two_level || o.preconditioner == Preconditioner::adaptive;
+  if (clusters && (method.adaptive || o.elimination == Elimination::cameras)) {
+    throw OptionError(
+        std::string("--preconditioner ") + name(*o.preconditioner) + ": " +
+        (method.adaptive ? who + " eliminates cameras too" : "--elimination cameras leaves none") +
+        ", and the clusters are of cameras; use block-diag-s");
   }
   if (method.adaptive && o.elimination) {
     throw OptionError(std::string("--elimination ") + name(*o.elimination) + ": " + who +
@@ -203,11 +210,13 @@ void check_order(const Options& effective) {
 
 void fill_inner(const MethodTraits& method, Options& o) {
   // Without an elimination the undiminished blocks are the blocks of the system itself.
-  const bool schur = method.preconditioner == Preconditioner::diag_s ||
-                     method.preconditioner == Preconditioner::block_diag_s;
-  const bool nothing = o.elimination == Elimination::none;
-  o.preconditioner =
-      o.preconditioner.value_or(nothing && schur ? Preconditioner::b : method.preconditioner);
+  Preconditioner preferred = method.preconditioner;
+  if (o.elimination == Elimination::none && needs_schur_complement(preferred)) {
+    preferred = Preconditioner::b;
+  } else if (o.elimination == Elimination::cameras && preferred == Preconditioner::adaptive) {
+    preferred = Preconditioner::block_diag_s;  // clusters are of cameras
+  }
+  o.preconditioner = o.preconditioner.value_or(preferred);
   if (method.inner == InnerSolve::pcg) o.linear = Linear::implicit_pcg;
   o.forcing_rule = o.forcing_rule.value_or(method.forcing_rule);
   o.forcing = o.forcing.value_or(method.forcing);
@@ -262,7 +271,9 @@ const char* name(Linear value) {
   return pick(std::array{"dense-cholesky", "sparse-cholesky", "implicit-pcg"}, value);
 }
 const char* name(Preconditioner value) {
-  return pick(std::array{"identity", "diag-b", "b", "diag-s", "block-diag-s"}, value);
+  return pick(
+      std::array{"identity", "diag-b", "b", "diag-s", "block-diag-s", "two-level", "adaptive"},
+      value);
 }
 const char* name(DiagonalMatrix value) {
   return pick(std::array{"identity", "inc", "diag-h"}, value);
@@ -285,6 +296,21 @@ const char* name(ObjectiveKind value) { return pick(std::array{"pixel", "ray"}, 
 const char* name(Gauge value) { return pick(std::array{"free", "fixed"}, value); }
 const char* name(Precision value) { return pick(std::array{"single", "double"}, value); }
 const char* name(RayWeight value) { return pick(std::array{"pixel", "focal", "unit"}, value); }
+
+bool needs_schur_complement(Preconditioner value) {
+  switch (value) {
+    case Preconditioner::diag_s:
+    case Preconditioner::block_diag_s:
+    case Preconditioner::two_level:
+    case Preconditioner::adaptive:
+      return true;
+    case Preconditioner::identity:
+    case Preconditioner::diag_b:
+    case Preconditioner::b:
+      break;
+  }
+  return false;
+}
 
 Options resolve(const Options& options) {
   visit_options(options,

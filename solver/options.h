@@ -16,9 +16,10 @@ enum class Method { automatic, lm_cholesky, tnm, inm, dinm, adinm, dogleg, irls 
 enum class Elimination { none, points, cameras };
 /// How the (reduced) linear system is solved.
 enum class Linear { dense_cholesky, sparse_cholesky, implicit_pcg };
-/// Preconditioners of [Qu18, 3.3.5]; B and S are the undiminished and the Schur-reduced matrix of
-/// the side that is kept.
-enum class Preconditioner { identity, diag_b, b, diag_s, block_diag_s };
+/// Preconditioners of [Qu18, 3.3.5], where B and S are the undiminished and the Schur-reduced
+/// matrix of the side that is kept; and beyond: block-diag-s with a coarse space of camera clusters
+/// (linalg/coarse_space.h), from the first step on or once inner iterations are many.
+enum class Preconditioner { identity, diag_b, b, diag_s, block_diag_s, two_level, adaptive };
 /// The diagonal matrix that is added (damping) or that scales the unknowns: see
 /// solver/diagonal_matrix.h.
 enum class DiagonalMatrix { identity, inc, diag_h };
@@ -126,6 +127,9 @@ const char* name(Precision value);
 /// Fills every empty choice with what the method prefers and checks ranges and combinations.
 /// Throws OptionError for a value out of range, or for an option that would have no effect.
 Options resolve(const Options& options);
+
+/// Whether a preconditioner is made from the Schur complement.
+bool needs_schur_complement(Preconditioner value);
 
 /// What resolved options ask an Objective for.
 Formulation formulation(const Options& options);

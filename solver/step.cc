@@ -23,6 +23,11 @@ double step_memory(const Options& options, const linalg::LayoutSize& n) {
   return pcg_step_memory(options, *options.elimination, n);  // auto: with a matrix it takes less
 }
 
+bool has_coarse_space(const Options& options) {
+  return options.preconditioner == Preconditioner::two_level ||
+         options.preconditioner == Preconditioner::adaptive;
+}
+
 std::optional<linalg::Side> eliminated_side(Elimination elimination) {
   switch (elimination) {
     case Elimination::points:

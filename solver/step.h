@@ -27,6 +27,7 @@ struct StepRequest {
 struct StepReport {
   bool solved = false;  ///< false: the system could not be factorised, or broke down at once
   int inner_iterations = 0;
+  bool two_level = false;     ///< they had a coarse space from the first on
   bool inner_capped = false;  ///< they were at their limit
   bool on_boundary = false;   ///< the trust region cut the step
   double length = 0;          ///< |D p| over the unknowns solved for; 0 where there is no region
@@ -91,6 +92,13 @@ double adaptive_step_memory(const Options& options, const linalg::LayoutSize& n)
 
 /// By what `auto` factorises in its first step; nothing: it iterates.
 std::optional<linalg::CholeskyPlan> first_automatic_plan(const linalg::BlockLayout& layout);
+/// Preconditioner::adaptive goes over to two levels after a step of more inner iterations than
+/// these, and within one of too many. A coarse space costs about as much as 15 of them.
+inline constexpr int many_inner_iterations = 30;
+inline constexpr int too_many_inner_iterations = 60;
+
+/// Whether steps may ask for Linearization::hub_modes.
+bool has_coarse_space(const Options& options);
 
 /// The side whose blocks an elimination removes.
 std::optional<linalg::Side> eliminated_side(Elimination elimination);

@@ -13,21 +13,22 @@ constexpr int first_guess = 10;  // inner iterations of the first step
 
 // Damped steps by factorisation or by conjugate gradients, whichever is predicted to be the lesser
 // work. How many inner iterations there will be nobody knows beforehand: the first step assumes
-// some, every later one as many as the last had. Once it factorises it goes on doing so; to change
-// over takes a plan first, about as much work again as one assembly.
+// some, every later one as many as the last had, or, where these were so many that the next has a
+// coarse space, as many as steps with one mostly take. Once it factorises it goes on doing so; to
+// change over takes a plan first, about as much work again as one assembly.
 class AutomaticStep final : public StepSolver {
  public:
   AutomaticStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool)
       : options_(options), layout_(layout), pool_(pool), work_(linear_work(layout)) {
-    decide(first_guess);
+    decide(work_of(first_guess, false));
     if (!cholesky_ && !pcg_) pcg_ = make_pcg_step(options, Elimination::points, layout, pool);
   }
 
   StepReport solve(const StepRequest& request, double* step) override {
-    if (!cholesky_ && last_inner_iterations_ > 0) decide(last_inner_iterations_);
+    if (!cholesky_ && last_iterating_ > 0) decide(last_iterating_);
     if (cholesky_) return cholesky_->solve(request, step);
     const StepReport report = pcg_->solve(request, step);
-    last_inner_iterations_ = report.inner_iterations;
+    last_iterating_ = work_of(report.inner_iterations, report.two_level);
     return report;
   }
 
@@ -38,8 +39,17 @@ class AutomaticStep final : public StepSolver {
   }
 
  private:
-  void decide(int inner_iterations) {
-    const double iterating = work_.preparation + inner_iterations * work_.product;
+  static constexpr int guess_of_two_levels = 20;
+
+  // Of a step after one that took so many inner iterations, by two levels or not.
+  double work_of(int inner_iterations, bool two_level) const {
+    const double one_level = work_.preparation + inner_iterations * work_.product;
+    if (two_level) return one_level + work_.coarse;
+    if (inner_iterations <= many_inner_iterations) return one_level;
+    return work_.preparation + work_.coarse + guess_of_two_levels * work_.product;
+  }
+
+  void decide(double iterating) {
     const double planning = pcg_ ? work_.assembly : 0;
     if (refused_ || planning + work_.assembly > iterating) return;
     if (!plan_) make_plan();
@@ -71,7 +81,7 @@ class AutomaticStep final : public StepSolver {
   LinearWork work_;
   std::optional<linalg::CholeskyPlan> plan_;
   bool refused_ = false;
-  int last_inner_iterations_ = 0;
+  double last_iterating_ = 0;  // predicted from the last step; 0: there was none
   std::unique_ptr<StepSolver> cholesky_;
   std::unique_ptr<StepSolver> pcg_;
   std::string before_;  // what was used until now, in words

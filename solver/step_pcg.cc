@@ -1,3 +1,4 @@
+#include <raybundle/linalg/coarse_space.h>
 #include <raybundle/linalg/pcg.h>
 #include <raybundle/linalg/preconditioner.h>
 #include <raybundle/linalg/vector.h>
@@ -7,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
+#include <optional>
 
 namespace raybundle {
 namespace {
@@ -26,12 +29,16 @@ class PcgStep final : public StepSolver {
       : elimination_(elimination),
         block_region_(layout, eliminated_side(elimination)),
         preconditioner_kind_(*options.preconditioner),
+        adaptive_(*options.preconditioner == Preconditioner::adaptive),
         max_iterations_(*options.max_inner_iterations),
+        layout_(layout),
         pool_(pool),
         system_(make_reduced_system(layout, eliminated_side(elimination), pool)),
         pcg_(system_->size(), pool),
         b_(index(system_->size())),
-        x_(index(system_->size())) {}
+        x_(index(system_->size())) {
+    if (preconditioner_kind_ == Preconditioner::two_level) coarse_.emplace(layout, pool);
+  }
 
   StepReport solve(const StepRequest& request, double* step) override {
     system_->prepare(request.at, block_region_.hold(request));
@@ -40,16 +47,12 @@ class PcgStep final : public StepSolver {
       inverse_ += system_->offset();
       scaled_.resize(x_.size());
     }
-    build_preconditioner();
+    build_preconditioner(request);
     for (double& b : b_) b = -b;
     scale(b_.data());
-    const auto result = pcg_.solve(
-        [this](const double* x, double* y) { apply(x, y); },
-        [this](const double* r, double* z) { preconditioner_.apply(r, z, system_->size(), pool_); },
-        b_.data(), stop(request), x_.data());
     StepReport report;
+    const linalg::Pcg::Result result = iterate(request, report);
     report.eliminated = elimination_;
-    report.inner_iterations = result.iterations;
     report.inner_capped = result.end == linalg::Pcg::End::max_iterations;
     report.on_boundary = result.end == linalg::Pcg::End::boundary;
     report.length = norm(x_);
@@ -63,8 +66,11 @@ class PcgStep final : public StepSolver {
 
   Linear linear() const override { return Linear::implicit_pcg; }
   std::string description() const override {
-    return "conjugate gradients on the implicit system of order " +
-           std::to_string(system_->size()) + ", preconditioner " + name(preconditioner_kind_);
+    std::string text = "conjugate gradients on the implicit system of order " +
+                       std::to_string(system_->size()) + ", preconditioner " +
+                       name(preconditioner_kind_);
+    if (coarse_) text += " with " + std::to_string(coarse_->clusters()) + " clusters";
+    return text;
   }
 
  private:
@@ -83,12 +89,56 @@ class PcgStep final : public StepSolver {
             .radius = request.radius};
   }
 
+  // `adaptive` begins without a coarse space, and begins anew with one where the inner iterations
+  // turn out to be too many; where they are merely many, the next step has it.
+  linalg::Pcg::Result iterate(const StepRequest& request, StepReport& report) {
+    linalg::Pcg::Stop until = stop(request);
+    const bool may_begin_anew = adaptive_ && max_iterations_ > too_many_inner_iterations;
+    if (may_begin_anew) until.max_iterations = too_many_inner_iterations;
+    linalg::Pcg::Result result = iterate(until);
+    report.inner_iterations = result.iterations;
+    report.two_level = coarse_acts_;
+    if (adaptive_ && result.iterations > many_inner_iterations) make_coarse_space();
+    if (may_begin_anew && result.end == linalg::Pcg::End::max_iterations) {
+      if (coarse_) build_coarse_space(request);
+      until.max_iterations = max_iterations_;
+      result = iterate(until);
+      report.inner_iterations += result.iterations;
+    }
+    return result;
+  }
+
+  linalg::Pcg::Result iterate(const linalg::Pcg::Stop& until) {
+    return pcg_.solve([this](const double* x, double* y) { apply(x, y); },
+                      [this](const double* r, double* z) { precondition(r, z); }, b_.data(), until,
+                      x_.data());
+  }
+
+  void precondition(const double* r, double* z) {
+    preconditioner_.apply(r, z, system_->size(), pool_);
+    if (coarse_acts_) coarse_->add_correction(r, z);
+  }
+
+  // Without the memory for it things stay as they are.
+  void make_coarse_space() {
+    adaptive_ = false;
+    try {
+      coarse_.emplace(layout_, pool_);
+    } catch (const std::bad_alloc&) {
+      coarse_.reset();
+    }
+  }
+
+  void build_coarse_space(const StepRequest& request) {
+    coarse_acts_ = coarse_->build(*system_, request.at, blocks_, inverse_);
+  }
+
   // The preconditioner of the scaled matrix: that of A, with its blocks scaled. The right side, b_,
   // comes with the diagonal of A.
-  void build_preconditioner() {
+  void build_preconditioner(const StepRequest& request) {
     using Form = linalg::Preconditioner::Form;
     const Preconditioner kind = preconditioner_kind_;
-    if (kind == Preconditioner::diag_s || kind == Preconditioner::block_diag_s) {
+    if (needs_schur_complement(kind)) {
       system_->reduced_diagonal(blocks_, b_.data());
     } else {
       system_->gradient(b_.data());
@@ -98,6 +148,7 @@ class PcgStep final : public StepSolver {
     if (inverse_ != nullptr) scale_blocks();
     const bool diagonal = kind == Preconditioner::diag_b || kind == Preconditioner::diag_s;
     preconditioner_.build(diagonal ? Form::diagonal : Form::blocks, blocks_);
+    if (coarse_) build_coarse_space(request);
   }
 
   void scale_blocks() {
@@ -128,12 +179,16 @@ class PcgStep final : public StepSolver {
   Elimination elimination_;
   BlockRegion block_region_;
   Preconditioner preconditioner_kind_;
+  bool adaptive_;  // and has not gone over yet
   int max_iterations_;
+  const linalg::BlockLayout& layout_;
   linalg::ThreadPool& pool_;
   std::unique_ptr<linalg::ReducedSystem> system_;
   linalg::Pcg pcg_;
   linalg::Preconditioner preconditioner_;
   linalg::DiagonalBlocks blocks_;
+  std::optional<linalg::CoarseSpace> coarse_;
+  bool coarse_acts_ = false;
   std::vector<double> b_;
   std::vector<double> x_;
   std::vector<double> scaled_;
@@ -157,8 +212,13 @@ double pcg_step_memory(const Options& options, Elimination elimination,
       options.scaling.value_or(DiagonalMatrix::identity) != DiagonalMatrix::identity;
   const MethodTraits& method = traits(options.method);
   const bool held = side && method.bounded && !method.damped;
+  // Modes of hubs, as given and in the basis; the coarse matrix is small beside them.
+  const double modes =
+      has_coarse_space(options)
+          ? 2.0 * static_cast<double>(n.size(linalg::Side::hubs)) * linalg::coarse_modes(n.block.hub)
+          : 0;
   return reduced_system_memory(n, side, false) + linalg::Pcg::memory(size) +
-         8 * (has_blocks ? 2 * blocks : 0) + 8 * (scaled ? 3 : 2) * static_cast<double>(size) +
+         8 * (modes + (has_blocks ? 2 * blocks : 0)) + 8 * (scaled ? 3 : 2) * static_cast<double>(size) +
          (held ? BlockRegion::memory(n, *side) : 0);
 }
 

@@ -16,6 +16,7 @@
 #include <raybundle/solver/trust_region.h>
 
 #include <raybundle/linalg/vector.h>
+#include <raybundle/models/camera_modes.h>
 #include <raybundle/solver/methods.h>
 #include <raybundle/solver/phase_timer.h>
 
@@ -152,7 +153,7 @@ void TrustRegion::compute_step() {
   const PhaseTimer timer(summary_.seconds.linear);
   fill_damping();
   StepRequest request = {
-      .at = {&J_, &normal_},
+      .at = {&J_, &normal_, hub_modes_.data()},
       .relinearised = relinearised_,
       .damping = damping_diagonal_.data(),
       .inverse_scaling = inverse_scaling_.empty() ? nullptr : inverse_scaling_.data()};
@@ -249,6 +250,7 @@ void TrustRegion::linearize() {
   // The sum it returns is rounded differently; costs that are compared come from one function.
   static_cast<void>(objective_.linearize(state_, J_, normal_));
   fill_matrices();
+  fill_modes();
   relinearised_ = true;
   const auto unknowns = static_cast<std::int64_t>(normal_.gradient.size());
   const double* g = normal_.gradient.data();
@@ -294,6 +296,14 @@ void TrustRegion::fill_matrices() {
   linalg::for_entries(
       static_cast<std::int64_t>(inverse_scaling_.size()), pool_,
       [&](std::size_t i) { inverse_scaling_[i] = 1 / std::sqrt(inverse_scaling_[i]); });
+}
+
+void TrustRegion::fill_modes() {
+  if (!has_coarse_space(summary_.options)) return;
+  const linalg::BlockLayout& layout = objective_.layout();
+  hub_modes_.resize(index(layout.size(linalg::Side::hubs) * linalg::coarse_modes(layout.hub_size)));
+  camera_modes(objective_.formulation().pose_update, state_.cameras, layout.hub_size,
+               hub_modes_.data());
 }
 
 void TrustRegion::end_iteration() {

@@ -54,6 +54,7 @@ class TrustRegion {
   void begin_record();
   void fill_damping();
   void fill_matrices();
+  void fill_modes();
   bool step_is_finite() const;
   double free_promise() const;
   double seconds() const;
@@ -71,6 +72,7 @@ class TrustRegion {
   linalg::LargeVector<double> damping_matrix_;    // D
   linalg::LargeVector<double> damping_diagonal_;  // mu D
   linalg::LargeVector<double> inverse_scaling_;  // D^-1 of the scaled unknowns; empty: the identity
+  std::vector<double> hub_modes_;  // Linearization::hub_modes; empty where nobody asks
   linalg::LargeVector<double> step_;
   linalg::LargeVector<double> whole_step_;  // before points were held
 

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include <raybundle/linalg/kernels/coupling_products_impl.h>
+#include <raybundle/linalg/kernels/coarse_kernels_impl.h>
 
 namespace raybundle::linalg::RAYBUNDLE_ISA {
 namespace {
@@ -309,10 +309,18 @@ struct Eliminate {
 template <class T, int R, int K, int E, bool anchored>
 constexpr EliminationKernels make_elimination_kernels() {
   using Kernels = Eliminate<T, R, K, E, anchored>;
-  return {&Kernels::factor,          &Kernels::solve_own,       &Kernels::couple,
-          &Kernels::reduce_gradient, &Kernels::project,         &Kernels::multiply,
-          &Kernels::back_substitute, &Kernels::add_products,    &Kernels::add_diagonal,
-          &Kernels::diagonal_blocks, &Kernels::coupling_block};
+  return {&Kernels::factor,
+          &Kernels::solve_own,
+          &Kernels::couple,
+          &Kernels::reduce_gradient,
+          &Kernels::project,
+          &Kernels::multiply,
+          &Kernels::back_substitute,
+          &Kernels::add_products,
+          &Kernels::add_diagonal,
+          &Kernels::diagonal_blocks,
+          &Kernels::coupling_block,
+          coarse_products<T, R, K, E, anchored>()};
 }
 
 }  // namespace

@@ -112,6 +112,25 @@ struct BlockRowView {
   const std::int32_t* slot_of;  ///< kept block -> position in the block row
 };
 
+/// A coarse space over the kept blocks: block k moves by P_k (kept x modes, row-major) times
+/// what cluster[k] does. Block (g, h) of a pattern of clusters, of modes x modes numbers,
+/// stands at the position of h in row g; g <= h, (g, g) comes first. The last three are scratch:
+/// for each cluster -1; and room for the clusters of one eliminated block, coarse_numbers() each.
+struct CoarseView {
+  const std::int32_t* cluster;
+  const double* P;
+  const std::int64_t* row_begin;
+  const std::int32_t* column;
+  std::int32_t* place;
+  std::int32_t* found;
+  double* numbers;
+};
+/// In how many ways a cluster moves: one more than a kept block has unknowns.
+constexpr int coarse_modes(int kept) { return kept + 1; }
+constexpr int coarse_numbers(int kept, int eliminated) {
+  return 2 * eliminated * coarse_modes(kept);
+}
+
 struct BlockKernels {
   /// u = J x for the rows of leaves [first, last).
   void (*multiply)(const JacobianView& J, const double* x_hub, const double* x_leaf,
@@ -174,6 +193,10 @@ struct EliminationKernels {
                           double* A_diagonal);
   /// The block J_k^T J_e of coupling c, kept x eliminated, with `stride` between its rows.
   void (*coupling)(const EliminationView& view, std::int64_t c, double* E, std::int64_t stride);
+  /// What the rows of eliminated [first, last) add to P^T A P, whose blocks are `values`. Null
+  /// where the kept blocks are the smaller ones: leaves make no coarse space.
+  void (*coarse_products)(const EliminationView& view, const CoarseView& coarse, std::int64_t first,
+                          std::int64_t last, double* values);
 };
 
 /// What a kernel is made for.

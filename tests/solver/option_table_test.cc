@@ -65,7 +65,7 @@ TEST(OptionNames, CountsReachTheLastValue) {
   EXPECT_EQ(static_cast<int>(Method::irls) + 1, enum_count<Method>);
   EXPECT_EQ(static_cast<int>(Elimination::cameras) + 1, enum_count<Elimination>);
   EXPECT_EQ(static_cast<int>(Linear::implicit_pcg) + 1, enum_count<Linear>);
-  EXPECT_EQ(static_cast<int>(Preconditioner::block_diag_s) + 1, enum_count<Preconditioner>);
+  EXPECT_EQ(static_cast<int>(Preconditioner::adaptive) + 1, enum_count<Preconditioner>);
   EXPECT_EQ(static_cast<int>(DiagonalMatrix::diag_h) + 1, enum_count<DiagonalMatrix>);
   EXPECT_EQ(static_cast<int>(PoseUpdate::se3) + 1, enum_count<PoseUpdate>);
   EXPECT_EQ(static_cast<int>(Lens::fixed) + 1, enum_count<Lens>);
@@ -122,7 +122,7 @@ TEST(OptionTable, ReachesEveryMember) {
   EXPECT_EQ(options.method, Method::irls);
   EXPECT_EQ(options.elimination, Elimination::cameras);
   EXPECT_EQ(options.linear, Linear::implicit_pcg);
-  EXPECT_EQ(options.preconditioner, Preconditioner::block_diag_s);
+  EXPECT_EQ(options.preconditioner, Preconditioner::adaptive);
   EXPECT_EQ(options.damping_matrix, DiagonalMatrix::diag_h);
   EXPECT_EQ(options.scaling, DiagonalMatrix::diag_h);
   EXPECT_EQ(options.pose_update, PoseUpdate::se3);

@@ -69,7 +69,9 @@ TEST(Resolve, FillsEveryChoiceThatHasAnEffect) {
   EXPECT_EQ(resolve({.elimination = Elimination::cameras}).elimination, Elimination::cameras);
   const Options tnm = resolve({.method = Method::tnm, .elimination = Elimination::none});
   EXPECT_NE(tnm.preconditioner, Preconditioner::diag_s) << "must fit the elimination";
-  EXPECT_NE(tnm.preconditioner, Preconditioner::block_diag_s);
+  EXPECT_EQ(tnm.preconditioner, Preconditioner::b);
+  EXPECT_EQ(resolve({.method = Method::tnm, .elimination = Elimination::cameras}).preconditioner,
+            Preconditioner::block_diag_s);
 }
 
 /// The number after "auto: " that ends a help text, alone or before a comma and an exception.
@@ -120,7 +122,7 @@ TEST(Resolve, FillsWhatTheHelpPromises) {
       EXPECT_EQ(options.initial_damping, lm ? 1e-4 : 1);
     }
     if (traits(options.method).inner != InnerSolve::pcg) continue;
-    EXPECT_EQ(options.preconditioner, Preconditioner::block_diag_s);
+    EXPECT_EQ(options.preconditioner, lm ? Preconditioner::adaptive : Preconditioner::block_diag_s);
     EXPECT_EQ(options.scaling, lm ? DiagonalMatrix::identity : DiagonalMatrix::inc);
   }
   for (const char* name :
@@ -193,6 +195,19 @@ TEST(Resolve, RefusesWhatHasNoEffect) {
             {.method = Method::tnm, .elimination = Elimination::none, .preconditioner = schur}),
         "");
     EXPECT_EQ(message_of({.method = Method::tnm, .preconditioner = schur}), "");
+  }
+}
+
+TEST(Resolve, ClustersAreOfCamerasThatAreKept) {
+  for (const auto clusters : {Preconditioner::two_level, Preconditioner::adaptive}) {
+    EXPECT_EQ(message_of({.method = Method::dinm, .preconditioner = clusters}), "");
+    for (const auto& without : {Options{.method = Method::tnm, .elimination = Elimination::none},
+                                Options{.method = Method::tnm, .elimination = Elimination::cameras},
+                                Options{.method = Method::adinm}}) {
+      Options options = without;
+      options.preconditioner = clusters;
+      EXPECT_NE(message_of(options).find("--preconditioner"), std::string::npos);
+    }
   }
 }
 

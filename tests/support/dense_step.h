@@ -1,6 +1,7 @@
 #pragma once
 
 #include <raybundle/linalg/normal_equations.h>
+#include <raybundle/models/camera_modes.h>
 #include <raybundle/solver/diagonal_matrix.h>
 #include <raybundle/solver/step.h>
 
@@ -95,7 +96,12 @@ class StepFixture {
         options_(resolve(options)),
         normal_(at.objective().layout()),
         solver_(make_step_solver(options_, at.objective().layout(), at.pool())) {
+    const linalg::BlockLayout& layout = at.objective().layout();
     normal_.form(at.blocks(), at.residual().data(), at.pool());
+    modes_.resize(
+        linalg::index(layout.size(linalg::Side::hubs) * linalg::coarse_modes(layout.hub_size)));
+    camera_modes(at.objective().formulation().pose_update, at.state().cameras, layout.hub_size,
+                 modes_.data());
   }
 
   struct Result {
@@ -117,13 +123,14 @@ class StepFixture {
     result.step = Eigen::VectorXd::Constant(damping.size(), 1e300);
     const Forcing forcing(options_.forcing_rule.value_or(ForcingRule::thesis),
                           options_.forcing.value_or(0));
-    const StepRequest request = {.at = {&at_.blocks(), &normal_, at_.residual().data()},
-                                 .relinearised = relinearised,
-                                 .damping = damping.data(),
-                                 .inverse_scaling = inverse.empty() ? nullptr : inverse.data(),
-                                 .radius = radius,
-                                 .block_radius = block_radius,
-                                 .tolerance = forcing.tolerance()};
+    const StepRequest request = {
+        .at = {&at_.blocks(), &normal_, at_.residual().data(), modes_.data()},
+        .relinearised = relinearised,
+        .damping = damping.data(),
+        .inverse_scaling = inverse.empty() ? nullptr : inverse.data(),
+        .radius = radius,
+        .block_radius = block_radius,
+        .tolerance = forcing.tolerance()};
     result.report = solver_->solve(request, result.step.data());
     return result;
   }
@@ -134,6 +141,7 @@ class StepFixture {
   DenseObjective& at_;
   Options options_;
   linalg::NormalEquations normal_;
+  std::vector<double> modes_;
   std::unique_ptr<StepSolver> solver_;
 };
 

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <raybundle/linalg/cholesky.h>
+#include <raybundle/linalg/reduced_system.h>
+
+#include <memory>
+#include <vector>
+
+namespace raybundle::linalg {
+
+/// The coarse part of a two-level preconditioner, P (P^T A P)^-1 P^T, for the Schur complement A of
+/// the leaves; the fine part are the diagonal blocks, and the two are added. Clusters of hubs move
+/// as Linearization::hub_modes say; what no row feels (what is held, and hubs without leaves) does
+/// not move with them.
+class CoarseSpace {
+ public:
+  /// `layout` and `pool` outlive it. Throws std::bad_alloc.
+  CoarseSpace(const BlockLayout& layout, ThreadPool& pool);
+
+  /// From a prepared system, its linearisation, and the diagonal blocks of A; of the unknowns D x
+  /// with D^-1 A D^-1 where `inverse_scaling` has D^-1, else it is null. False where P^T A P has no
+  /// factor: then there is nothing to apply.
+  bool build(ReducedSystem& system, const Linearization& at, const DiagonalBlocks& diagonal,
+             const double* inverse_scaling);
+
+  /// z += P (P^T A P)^-1 P^T r.
+  void add_correction(const double* r, double* z);
+
+  std::int64_t clusters() const { return basis_.pattern.blocks(); }
+  const CoarseBasis& basis() const { return basis_; }  ///< as the last build() left it
+
+ private:
+  void choose_clusters();
+  void list_hubs();
+  void take_modes(const Linearization& at);
+  void orthonormalise(const DiagonalBlocks& diagonal);
+  void multiply_rows(const double* factors, bool divide);
+  bool factor(const double* values, double regularisation);
+
+  const BlockLayout& layout_;
+  ThreadPool& pool_;
+  int modes_;
+  CoarseBasis basis_;
+  std::vector<std::int64_t> begin_;  // of a cluster in
+  std::vector<std::int32_t> hubs_;   // the hubs, cluster by cluster
+  std::unique_ptr<Cholesky> cholesky_;
+  std::vector<double> feels_;  // diag(H) of the hubs
+  std::vector<double> c_;
+};
+
+}  // namespace raybundle::linalg
