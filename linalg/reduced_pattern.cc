@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace raybundle::linalg {
@@ -13,8 +14,9 @@ namespace {
 // mark that must be different from a before.
 template <class Visit>
 void for_neighbours(const Incidence& kept, const Incidence& eliminated, std::int64_t a,
-                    std::vector<std::int64_t>& seen, Visit&& visit) {
-  seen[index(a)] = a;
+                    std::vector<std::int32_t>& seen, Visit&& visit) {
+  const auto mark = static_cast<std::int32_t>(a);
+  seen[index(a)] = mark;
   for (std::int64_t p = kept.begin[index(a)]; p < kept.begin[index(a + 1)]; ++p) {
     const std::int64_t c = kept.list.empty() ? p : kept.list[index(p)];
     const std::int64_t start = eliminated.position.empty() ? c : eliminated.position[index(c)];
@@ -22,8 +24,7 @@ void for_neighbours(const Incidence& kept, const Incidence& eliminated, std::int
     for (std::int64_t q = start; q < end; ++q) {
       const std::int64_t other = eliminated.list.empty() ? q : eliminated.list[index(q)];
       const std::int32_t b = kept.block[index(other)];
-      if (seen[index(b)] == a) continue;
-      seen[index(b)] = a;
+      if (std::exchange(seen[index(b)], mark) == mark) continue;
       visit(b);
     }
   }
@@ -42,10 +43,12 @@ void require_pattern_memory(const BlockLayout& layout, Side eliminated_side) {
         static_cast<double>(eliminated.begin[index(e + 1)] - eliminated.begin[index(e)]);
     blocks += degree * (degree + 1) / 2;
   }
+  const auto all = static_cast<double>(count);
+  blocks = std::min(blocks, all * (all + 1) / 2);
   constexpr double few = 1e7;
   if (blocks > few) {
     blocks = static_cast<double>(count);
-    std::vector<std::int64_t> seen(index(count), -1);
+    std::vector<std::int32_t> seen(index(count), -1);
     for (std::int64_t a = 0; a < count; ++a) {
       for_neighbours(kept, eliminated, a, seen, [&](std::int32_t) { ++blocks; });
     }
@@ -59,7 +62,7 @@ void require_pattern_memory(const BlockLayout& layout, Side eliminated_side) {
 
 }  // namespace
 
-SymmetricPattern reduced_pattern(const BlockLayout& layout, Side eliminated) {
+SymmetricPattern reduced_pattern(const BlockLayout& layout, Side eliminated, ThreadPool& pool) {
   require_pattern_memory(layout, eliminated);
   const Side kept = opposite(eliminated);
   const std::int64_t count = layout.block_count(kept);
@@ -67,14 +70,28 @@ SymmetricPattern reduced_pattern(const BlockLayout& layout, Side eliminated) {
   for (std::int64_t a = 0; a <= count; ++a) {
     pattern.offset.push_back(a * layout.block_size(kept));
   }
-  std::vector<std::int64_t> seen(index(count), -1);
-  pattern.row_begin.push_back(0);
+  pattern.row_begin.assign(index(count + 1), 0);
+  const Chunks pieces = chunks(count, 16);
+  std::vector<std::vector<std::int32_t>> columns(index(pieces.pieces));
+  pool.run(pieces.pieces, [&](std::int64_t piece) {
+    std::vector<std::int32_t>& column = columns[index(piece)];
+    std::vector<std::int32_t> seen(index(count), -1);
+    for (std::int64_t a = pieces.begin(piece); a < pieces.end(piece); ++a) {
+      const auto begin = static_cast<std::int64_t>(column.size());
+      column.push_back(static_cast<std::int32_t>(a));
+      for_neighbours(layout.incidence(kept), layout.incidence(eliminated), a, seen,
+                     [&](std::int32_t b) { column.push_back(b); });
+      std::sort(column.begin() + begin, column.end());
+      pattern.row_begin[index(a + 1)] = static_cast<std::int64_t>(column.size()) - begin;
+    }
+  });
   for (std::int64_t a = 0; a < count; ++a) {
-    pattern.column.push_back(static_cast<std::int32_t>(a));
-    for_neighbours(layout.incidence(kept), layout.incidence(eliminated), a, seen,
-                   [&](std::int32_t b) { pattern.column.push_back(b); });
-    std::sort(pattern.column.begin() + pattern.row_begin.back(), pattern.column.end());
-    pattern.row_begin.push_back(static_cast<std::int64_t>(pattern.column.size()));
+    pattern.row_begin[index(a + 1)] += pattern.row_begin[index(a)];
+  }
+  pattern.column.reserve(index(pattern.row_begin.back()));
+  for (std::vector<std::int32_t>& column : columns) {
+    pattern.column.insert(pattern.column.end(), column.begin(), column.end());
+    column = {};
   }
   return pattern;
 }

@@ -128,7 +128,7 @@ double* SupernodalCholesky::kept(std::int32_t s, double* lane_arena) const {
   return arena + (front.kept >= 0 ? front.kept : size + front.kept);
 }
 
-bool SupernodalCholesky::factor(SymmetricBlocks& A) {
+bool SupernodalCholesky::factor(const SymmetricBlocks& A) {
   failed_.store(false, std::memory_order_relaxed);
   // A lane takes the next subtree when it is done with one; which does not matter to the numbers.
   const auto subtrees = static_cast<std::int64_t>(layout_.subtrees.size());
@@ -146,15 +146,15 @@ bool SupernodalCholesky::factor(SymmetricBlocks& A) {
   return !failed_.load(std::memory_order_relaxed);
 }
 
-void SupernodalCholesky::factor_subtree(SymmetricBlocks& A, const FrontLayout::Subtree& subtree,
-                                        double* arena) {
+void SupernodalCholesky::factor_subtree(const SymmetricBlocks& A,
+                                        const FrontLayout::Subtree& subtree, double* arena) {
   for (std::int32_t s = subtree.first; s <= subtree.last; ++s) {
     if (failed_.load(std::memory_order_relaxed)) return;
     if (!factor_front(A, {s, arena, true})) failed_.store(true, std::memory_order_relaxed);
   }
 }
 
-bool SupernodalCholesky::factor_front(SymmetricBlocks& A, const Task& task) {
+bool SupernodalCholesky::factor_front(const SymmetricBlocks& A, const Task& task) {
   const FrontLayout::Front& front = layout_.fronts[index(task.front)];
   clear(task);
   add_matrix(A, task);
@@ -206,7 +206,7 @@ void SupernodalCholesky::clear(const Task& task) {
   std::fill_n(pivots_ + front.pivots, 2 * front.strips * strip, 0.0);
 }
 
-void SupernodalCholesky::add_matrix(SymmetricBlocks& A, const Task& task) {
+void SupernodalCholesky::add_matrix(const SymmetricBlocks& A, const Task& task) {
   const FrontLayout::Front& front = layout_.fronts[index(task.front)];
   const std::int64_t begin = entry_begin_[index(task.front)];
   const std::int64_t end = entry_begin_[index(task.front + 1)];
@@ -219,7 +219,7 @@ void SupernodalCholesky::add_matrix(SymmetricBlocks& A, const Task& task) {
 
 // Row i of the block is column i of the triangle, or the other way round where the order has
 // turned the two; diagonal blocks come with their thresholds.
-void SupernodalCholesky::add_block(SymmetricBlocks& A, const FrontLayout::Front& front,
+void SupernodalCholesky::add_block(const SymmetricBlocks& A, const FrontLayout::Front& front,
                                    const Entry& entry) {
   const SymmetricPattern& pattern = A.pattern();
   const std::int64_t a = entry.block_row, b = pattern.column[index(entry.position)];

@@ -25,7 +25,7 @@ class SupernodalCholesky {
 
   /// A in sparse storage, of the pattern. False when it is not positive definite to working
   /// precision or not finite: pivots are judged as DenseCholesky does.
-  bool factor(SymmetricBlocks& A);
+  bool factor(const SymmetricBlocks& A);
   /// x <- A^-1 x, after a successful factor().
   void solve(double* x);
 
@@ -48,13 +48,13 @@ class SupernodalCholesky {
   double* kept(std::int32_t s, double* lane_arena) const;
   double* entry_at(const FrontLayout::Front& front, std::int64_t row, std::int64_t column) const;
 
-  void factor_subtree(SymmetricBlocks& A, const FrontLayout::Subtree& subtree, double* arena);
-  bool factor_front(SymmetricBlocks& A, const Task& task);
+  void factor_subtree(const SymmetricBlocks& A, const FrontLayout::Subtree& subtree, double* arena);
+  bool factor_front(const SymmetricBlocks& A, const Task& task);
   template <class Body>
   void for_pieces(const Task& task, std::int64_t count, std::int64_t grain, Body&& body);
   void clear(const Task& task);
-  void add_matrix(SymmetricBlocks& A, const Task& task);
-  void add_block(SymmetricBlocks& A, const FrontLayout::Front& front, const Entry& entry);
+  void add_matrix(const SymmetricBlocks& A, const Task& task);
+  void add_block(const SymmetricBlocks& A, const FrontLayout::Front& front, const Entry& entry);
   void add_child(std::int32_t child, const Task& task);
   void subtract_squares(const Task& task);
   template <class Visit>

@@ -1,16 +1,29 @@
 #include <raybundle/solver/linear_work.h>
 
+#include <raybundle/linalg/dense_cholesky.h>
+#include <raybundle/linalg/explicit_system.h>
+#include <raybundle/linalg/memory.h>
+
+#include <algorithm>
+
 namespace raybundle {
 
 using linalg::index;
 
+namespace {
+
 // Measured with one thread of an AMD EPYC with AVX-512 where a dense factorisation does 20
 // multiplications with addition in a nanosecond (docs/decisions.md).
+constexpr double per_nanosecond = 20;
+constexpr double row_nanoseconds = 10;       // of a product
+constexpr double prepared_nanoseconds = 35;  // of a row: elimination and preconditioner
+constexpr double pair_nanoseconds = 25;      // of the products of two rows of a leaf
+constexpr double number_nanoseconds = 0.8;   // of the matrix, in a product with it
+constexpr double planning_share = 0.5;       // of an assembly
+
+}  // namespace
+
 LinearWork linear_work(const linalg::BlockLayout& layout) {
-  constexpr double per_nanosecond = 20;
-  constexpr double row_nanoseconds = 10;       // of a product
-  constexpr double prepared_nanoseconds = 35;  // of a row: elimination and preconditioner
-  constexpr double pair_nanoseconds = 25;      // of the products of two rows of a leaf
   const double width = static_cast<double>(layout.hub_size) / 9;
   const auto rows = static_cast<double>(layout.rows);
   double pairs = 0;
@@ -23,5 +36,61 @@ LinearWork linear_work(const linalg::BlockLayout& layout) {
           .preparation = per_nanosecond * prepared_nanoseconds * width * width * rows,
           .assembly = per_nanosecond * pair_nanoseconds * width * width * pairs};
 }
+
+LinearForecast::LinearForecast(const linalg::BlockLayout& layout) : work_(linear_work(layout)) {
+  const auto order = static_cast<double>(layout.size(linalg::Side::hubs));
+  // The diagonal of the matrix is the least there is of it.
+  const double product = per_nanosecond * number_nanoseconds * order * layout.hub_size;
+  candidates_ = {
+      {.linear = Linear::dense_cholesky, .work = work_.assembly, .lower_bound = true},
+      {.linear = Linear::sparse_cholesky, .work = work_.assembly, .lower_bound = true},
+      {.linear = Linear::explicit_pcg,
+       .work = work_.assembly,
+       .inner_work = product,
+       .lower_bound = true},
+      {.linear = Linear::implicit_pcg, .work = work_.preparation, .inner_work = work_.product}};
+  candidate(Linear::dense_cholesky).work += linalg::front_work(order, 0);
+}
+
+LinearCandidate& LinearForecast::candidate(Linear linear) {
+  return *std::find_if(candidates_.begin(), candidates_.end(),
+                       [linear](const LinearCandidate& each) { return each.linear == linear; });
+}
+
+void LinearForecast::add(const linalg::CholeskyPlan& plan) {
+  const auto numbers = static_cast<double>(plan.pattern.scalar_nonzeros());
+  LinearCandidate& dense = candidate(Linear::dense_cholesky);
+  dense.memory = linalg::DenseCholesky::memory(plan.pattern.order());
+  LinearCandidate& sparse = candidate(Linear::sparse_cholesky);
+  if (plan.supernodes.count() > 0) {
+    sparse.work = work_.assembly + linalg::factor_work(plan.supernodes);
+    sparse.memory = plan.sparse_memory;
+  } else {
+    sparse.work = dense.work;  // what is not worth an analysis
+    sparse.memory = dense.memory;
+  }
+  LinearCandidate& iterated = candidate(Linear::explicit_pcg);
+  iterated.inner_work = per_nanosecond * number_nanoseconds * numbers;
+  iterated.memory = linalg::ExplicitSystem::memory(plan.pattern);
+  const double available = linalg::available_memory();
+  for (LinearCandidate& each : candidates_) {
+    each.lower_bound = false;
+    each.fits = each.memory <= available;
+  }
+}
+
+double LinearForecast::work(const LinearCandidate& candidate, int inner_iterations) {
+  return candidate.work + inner_iterations * candidate.inner_work;
+}
+
+const LinearCandidate& LinearForecast::best(int inner_iterations) const {
+  return *std::min_element(candidates_.begin(), candidates_.end(),
+                           [&](const LinearCandidate& a, const LinearCandidate& b) {
+                             if (a.fits != b.fits) return a.fits;
+                             return work(a, inner_iterations) < work(b, inner_iterations);
+                           });
+}
+
+double LinearForecast::planning() const { return planning_share * work_.assembly; }
 
 }  // namespace raybundle

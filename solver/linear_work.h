@@ -1,6 +1,7 @@
 #pragma once
 
-#include <raybundle/linalg/block_layout.h>
+#include <raybundle/linalg/cholesky.h>
+#include <raybundle/solver/summary.h>
 
 namespace raybundle {
 
@@ -10,10 +11,35 @@ namespace raybundle {
 struct LinearWork {
   double product = 0;      ///< one implicit product of the reduced system
   double preparation = 0;  ///< of a step by conjugate gradients beside its products
-  double assembly = 0;     ///< of the reduced matrix
+  double assembly = 0;     ///< of the reduced matrix, with what it needs before
 };
 
 /// Of a layout whose leaves are eliminated.
 LinearWork linear_work(const linalg::BlockLayout& layout);
+
+/// The four ways side by side. Before the sparsity of the reduced matrix is known the ways that
+/// form it have a lower bound of their work.
+class LinearForecast {
+ public:
+  explicit LinearForecast(const linalg::BlockLayout& layout);
+
+  /// Takes the sparsity of the matrix into account, and what there is of memory.
+  void add(const linalg::CholeskyPlan& plan);
+
+  /// The work of a step with so many inner iterations.
+  static double work(const LinearCandidate& candidate, int inner_iterations);
+  /// The least of those that fit.
+  const LinearCandidate& best(int inner_iterations) const;
+  /// What it takes to learn the sparsity and to analyse it, once.
+  double planning() const;
+
+  const std::vector<LinearCandidate>& candidates() const { return candidates_; }
+
+ private:
+  LinearCandidate& candidate(Linear linear);
+
+  LinearWork work_;
+  std::vector<LinearCandidate> candidates_;
+};
 
 }  // namespace raybundle

@@ -4,6 +4,7 @@
 #include <raybundle/linalg/reduced_system.h>
 #include <raybundle/solver/forcing.h>
 #include <raybundle/solver/options.h>
+#include <raybundle/solver/summary.h>
 
 #include <limits>
 #include <memory>
@@ -51,6 +52,8 @@ class StepSolver {
   virtual Linear linear() const = 0;
   /// What does the work, for people.
   virtual std::string description() const = 0;
+  /// What it was chosen from; empty where it was told.
+  virtual LinearChoice choice() const { return {}; }
 };
 
 /// The one that `options` (resolved) ask for; layout and pool outlive it. Throws std::bad_alloc
@@ -75,6 +78,11 @@ std::unique_ptr<StepSolver> make_dogleg_step(const Options& options,
 std::unique_ptr<StepSolver> make_pcg_step(const Options& options, Elimination elimination,
                                           const linalg::BlockLayout& layout,
                                           linalg::ThreadPool& pool);
+/// The same on a matrix that is formed, where its sparsity is known already.
+std::unique_ptr<StepSolver> make_explicit_pcg_step(const Options& options, Elimination elimination,
+                                                   const linalg::BlockLayout& layout,
+                                                   linalg::ThreadPool& pool,
+                                                   linalg::SymmetricPattern pattern);
 std::unique_ptr<StepSolver> make_adaptive_step(const Options& options,
                                                const linalg::BlockLayout& layout,
                                                linalg::ThreadPool& pool);

@@ -9,67 +9,97 @@
 namespace raybundle {
 namespace {
 
-// Damped steps by factorisation or by conjugate gradients, whichever is predicted to be the lesser
-// work. How many inner iterations there will be nobody knows beforehand: the first step assumes
-// some, every later one as many as the last had. Once it factorises it goes on doing so; to change
-// over takes a plan first, about as much work again as one assembly.
+// Damped steps in whichever way is predicted to be the least work. How many inner iterations there
+// will be nobody knows beforehand: the first step assumes some, every later one as many as the last
+// had. The sparsity of the matrix, which the other ways depend on, is asked for once they may be
+// less than iterating without it even if it costs as much as it may. Changes go one way: from
+// products with the Jacobian to those with the matrix, and from either to a factorisation.
 class AutomaticStep final : public StepSolver {
  public:
   AutomaticStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool)
-      : options_(options), layout_(layout), pool_(pool), work_(linear_work(layout)) {
+      : options_(options), layout_(layout), pool_(pool), forecast_(layout) {
     decide(first_guess);
-    if (!cholesky_ && !pcg_) pcg_ = make_pcg_step(options, Elimination::points, layout, pool);
   }
 
   StepReport solve(const StepRequest& request, double* step) override {
-    if (!cholesky_ && last_inner_iterations_ > 0) decide(last_inner_iterations_);
-    if (cholesky_) return cholesky_->solve(request, step);
-    const StepReport report = pcg_->solve(request, step);
+    if (iterates(linear()) && last_inner_iterations_ > 0) decide(last_inner_iterations_);
+    const StepReport report = solver_->solve(request, step);
     last_inner_iterations_ = report.inner_iterations;
     return report;
   }
 
-  Linear linear() const override { return cholesky_ ? cholesky_->linear() : pcg_->linear(); }
-  std::string description() const override {
-    return cholesky_ ? before_ + cholesky_->description() : pcg_->description();
-  }
+  Linear linear() const override { return solver_->linear(); }
+  std::string description() const override { return before_ + solver_->description(); }
+  LinearChoice choice() const override { return {forecast_.candidates(), decided_for_}; }
 
  private:
   static constexpr int first_guess = 10;
 
   void decide(int inner_iterations) {
-    const double iterating = work_.preparation + inner_iterations * work_.product;
-    const double planning = pcg_ ? work_.assembly : 0;
-    if (refused_ || planning + work_.assembly > iterating) return;
-    if (!plan_) make_plan();
-    if (!plan_ || work_.assembly + plan_->work > iterating) return;
-    if (pcg_) before_ = pcg_->description() + ", then ";
-    pcg_.reset();  // its memory first
-    try {
-      cholesky_ = make_cholesky_step(options_, layout_, pool_, std::move(*plan_));
-    } catch (const std::bad_alloc&) {
-      refused_ = true;
-      pcg_ = make_pcg_step(options_, Elimination::points, layout_, pool_);
+    Linear best = forecast_.best(inner_iterations).linear;
+    if (best != Linear::implicit_pcg && !plan_ && worth_planning(inner_iterations)) {
+      plan();
+      best = forecast_.best(inner_iterations).linear;
+    }
+    if (!plan_) best = Linear::implicit_pcg;
+    if (!solver_) {
+      take(best, inner_iterations);
+    } else if (best < solver_->linear()) {  // the enumeration goes from fixed to growing work
+      before_ += solver_->description() + ", then ";
+      take(best, inner_iterations);
     }
   }
 
-  void make_plan() {
+  bool worth_planning(int inner_iterations) const {
+    if (refused_) return false;
+    const double extra = solver_ ? forecast_.planning() : 0;
+    const double iterating = LinearForecast::work(forecast_.candidates().back(), inner_iterations);
+    return LinearForecast::work(forecast_.best(inner_iterations), inner_iterations) + extra <
+           iterating;
+  }
+
+  void plan() {
     try {
-      plan_ = linalg::plan_cholesky(linalg::reduced_pattern(layout_, linalg::Side::leaves));
+      plan_ = linalg::plan_cholesky(linalg::reduced_pattern(layout_, linalg::Side::leaves, pool_),
+                                    pool_.threads());
+      forecast_.add(*plan_);
     } catch (const std::bad_alloc&) {
-      refused_ = true;  // conjugate gradients need no such matrix
+      plan_.reset();  // conjugate gradients need no such matrix
+      refused_ = true;
     }
+  }
+
+  void take(Linear linear, int inner_iterations) {
+    decided_for_ = inner_iterations;
+    solver_.reset();  // its memory first
+    try {
+      solver_ = make(linear);
+    } catch (const std::bad_alloc&) {
+      plan_.reset();
+      refused_ = true;
+      solver_ = make(Linear::implicit_pcg);
+    }
+  }
+
+  std::unique_ptr<StepSolver> make(Linear linear) {
+    if (linear == Linear::implicit_pcg) {
+      return make_pcg_step(options_, Elimination::points, layout_, pool_);
+    }
+    if (linear == Linear::explicit_pcg) {
+      return make_explicit_pcg_step(options_, Elimination::points, layout_, pool_, plan_->pattern);
+    }
+    return make_cholesky_step(options_, layout_, pool_, std::move(*plan_));
   }
 
   Options options_;
   const linalg::BlockLayout& layout_;
   linalg::ThreadPool& pool_;
-  LinearWork work_;
+  LinearForecast forecast_;
   std::optional<linalg::CholeskyPlan> plan_;
   bool refused_ = false;
+  int decided_for_ = 0;  // inner iterations
   int last_inner_iterations_ = 0;
-  std::unique_ptr<StepSolver> cholesky_;
-  std::unique_ptr<StepSolver> pcg_;
+  std::unique_ptr<StepSolver> solver_;
   std::string before_;  // what was used until now, in words
 };
 

@@ -1,3 +1,4 @@
+#include <raybundle/linalg/explicit_system.h>
 #include <raybundle/linalg/pcg.h>
 #include <raybundle/linalg/preconditioner.h>
 #include <raybundle/linalg/vector.h>
@@ -6,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace raybundle {
 namespace {
@@ -15,19 +17,20 @@ using linalg::index;
 constexpr double least_forcing = 1e-12;
 
 // The inexact step of [Qu18, Alg. 4, 7]: conjugate gradients, within a trust region or not, on the
-// (reduced) system, whose matrix is never formed. In the scaled unknowns x~ = D x the matrix is
+// (reduced) system, whose matrix is formed or not. In the scaled unknowns x~ = D x the matrix is
 // D^-1 A D^-1 and the right side D^-1 b  [Qu18, Eq. 3.96-3.99]; the region bounds |x~|, which is
 // that of the unknowns solved for, since the others follow from them  [Qu18, Eq. 3.101].
 class PcgStep final : public StepSolver {
  public:
   PcgStep(const Options& options, Elimination elimination, const linalg::BlockLayout& layout,
-          linalg::ThreadPool& pool)
+          linalg::ThreadPool& pool, std::unique_ptr<linalg::ReducedSystem> system, Linear linear)
       : elimination_(elimination),
         block_region_(layout, eliminated_side(elimination)),
         preconditioner_kind_(*options.preconditioner),
         max_iterations_(*options.max_inner_iterations),
         pool_(pool),
-        system_(make_reduced_system(layout, eliminated_side(elimination), pool)),
+        linear_(linear),
+        system_(std::move(system)),
         pcg_(system_->size(), pool),
         b_(index(system_->size())),
         x_(index(system_->size())) {}
@@ -60,9 +63,10 @@ class PcgStep final : public StepSolver {
     return report;
   }
 
-  Linear linear() const override { return Linear::implicit_pcg; }
+  Linear linear() const override { return linear_; }
   std::string description() const override {
-    return "conjugate gradients on the implicit system of order " +
+    return std::string("conjugate gradients on the ") +
+           (linear_ == Linear::explicit_pcg ? "explicit" : "implicit") + " system of order " +
            std::to_string(system_->size()) + ", preconditioner " + name(preconditioner_kind_);
   }
 
@@ -129,6 +133,7 @@ class PcgStep final : public StepSolver {
   Preconditioner preconditioner_kind_;
   int max_iterations_;
   linalg::ThreadPool& pool_;
+  Linear linear_;
   std::unique_ptr<linalg::ReducedSystem> system_;
   linalg::Pcg pcg_;
   linalg::Preconditioner preconditioner_;
@@ -144,7 +149,23 @@ class PcgStep final : public StepSolver {
 std::unique_ptr<StepSolver> make_pcg_step(const Options& options, Elimination elimination,
                                           const linalg::BlockLayout& layout,
                                           linalg::ThreadPool& pool) {
-  return std::make_unique<PcgStep>(options, elimination, layout, pool);
+  auto system = make_reduced_system(layout, eliminated_side(elimination), pool);
+  if (options.linear == Linear::explicit_pcg) {
+    return make_explicit_pcg_step(options, elimination, layout, pool, system->pattern());
+  }
+  return std::make_unique<PcgStep>(options, elimination, layout, pool, std::move(system),
+                                   Linear::implicit_pcg);
+}
+
+std::unique_ptr<StepSolver> make_explicit_pcg_step(const Options& options, Elimination elimination,
+                                                   const linalg::BlockLayout& layout,
+                                                   linalg::ThreadPool& pool,
+                                                   linalg::SymmetricPattern pattern) {
+  auto system = make_reduced_system(layout, eliminated_side(elimination), pool);
+  auto formed =
+      std::make_unique<linalg::ExplicitSystem>(std::move(system), std::move(pattern), pool);
+  return std::make_unique<PcgStep>(options, elimination, layout, pool, std::move(formed),
+                                   Linear::explicit_pcg);
 }
 
 }  // namespace raybundle

@@ -1,9 +1,10 @@
 #include <raybundle/tools/memory_estimate.h>
 
 #include <raybundle/linalg/dense_cholesky.h>
+#include <raybundle/linalg/explicit_system.h>
 #include <raybundle/linalg/ordering.h>
 #include <raybundle/linalg/schur_complement.h>
-#include <raybundle/linalg/sparse_cholesky.h>
+#include <raybundle/linalg/supernodal_cholesky.h>
 #include <raybundle/models/objective.h>
 #include <raybundle/solver/working_memory.h>
 
@@ -33,7 +34,9 @@ MemoryEstimates estimate_memory(const Problem& problem) {
     result.methods.push_back({method, elimination, linear, bytes, upper_bound});
   };
   const auto sparse = [&](const linalg::SymmetricPattern& pattern) {
-    return linalg::SparseCholesky::memory(pattern, linalg::find_ordering(pattern));
+    return linalg::SupernodalCholesky::memory(
+        pattern, linalg::find_supernodes(pattern, linalg::find_ordering(pattern).permutation),
+        linalg::available_threads());
   };
   using E = Elimination;
 
@@ -52,6 +55,7 @@ MemoryEstimates estimate_memory(const Problem& problem) {
   for (const E elimination : {E::points, E::none, E::cameras}) {
     add(Method::tnm, elimination, Linear::implicit_pcg, 0);
   }
+  add(Method::tnm, E::points, Linear::explicit_pcg, linalg::ExplicitSystem::memory(reduced));
   add(Method::dinm, E::points, Linear::implicit_pcg, 0);
   add(Method::adinm, std::nullopt, Linear::implicit_pcg, 0);
   return result;

@@ -75,6 +75,11 @@ struct DenseKernels {
   void (*backward_rows)(const PackedTriangle& L, const PackedRows& R, std::int64_t strips,
                         double* x, const double* y);
 
+  /// For the rows of a block, `size` x n with `stride` between them: sums += A x and y = A^T own.
+  void (*multiply_both_ways)(std::int64_t size, std::int64_t n, const double* A,
+                             std::int64_t stride, const double* own, const double* x, double* sums,
+                             double* y);
+
   /// b <- L^-1 b and b <- L^-T b with L (n x n) in the lower triangle of A, column-major.
   void (*forward)(std::int64_t n, const double* A, std::int64_t ld, double* b);
   void (*backward)(std::int64_t n, const double* A, std::int64_t ld, double* b);

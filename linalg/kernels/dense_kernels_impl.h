@@ -9,6 +9,7 @@
 #include <raybundle/linalg/kernels/dense_blocks_impl.h>
 #include <raybundle/linalg/kernels/dense_kernels.h>
 #include <raybundle/linalg/kernels/dense_rows_impl.h>
+#include <raybundle/linalg/kernels/symmetric_rows_impl.h>
 
 namespace raybundle::linalg {
 namespace {
@@ -196,9 +197,21 @@ void backward(Index n, const double* A, Index ld, double* b) {
   }
 }
 
-constexpr DenseKernels kernels{instructions, strip,         step,    pack,       unpack,
-                               update,       solve,         factor,  solve_rows, subtract_squares,
-                               forward_rows, backward_rows, forward, backward};
+constexpr DenseKernels kernels{instructions,
+                               strip,
+                               step,
+                               pack,
+                               unpack,
+                               update,
+                               solve,
+                               factor,
+                               solve_rows,
+                               subtract_squares,
+                               forward_rows,
+                               backward_rows,
+                               multiply_both_ways,
+                               forward,
+                               backward};
 
 }  // namespace
 }  // namespace raybundle::linalg

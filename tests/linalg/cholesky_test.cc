@@ -19,7 +19,7 @@
 #include <Eigen/Core>
 
 #include <raybundle/linalg/ordering.h>
-#include <raybundle/linalg/sparse_cholesky.h>
+#include <raybundle/linalg/cholmod_cholesky.h>
 #include <raybundle/tests/support/block_system.h>
 
 namespace raybundle::linalg {
@@ -279,9 +279,9 @@ TEST(Ordering, PredictsTheWorkOfAFullMatrix) {
   EXPECT_NEAR(full.nonzeros, n * n / 2, 0.1 * n * n / 2);
 }
 
-TEST(SparseCholesky, SolvesUnderNestedDissection) {
+TEST(CholmodCholesky, SolvesUnderNestedDissection) {
   const SymmetricPattern plane = pattern_of(std::vector<int>(60 * 60, 3), grid(60));
-  SparseCholesky cholesky(plane, find_ordering(plane));
+  CholmodCholesky cholesky(plane, find_ordering(plane));
   SymmetricBlocks A(plane, Storage::sparse);
   std::mt19937_64 random(9);
   for (std::int64_t a = 0; a < plane.blocks(); ++a) {
