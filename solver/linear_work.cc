@@ -15,11 +15,12 @@ namespace {
 // Measured with one thread of an AMD EPYC with AVX-512 where a dense factorisation does 20
 // multiplications with addition in a nanosecond (docs/decisions.md).
 constexpr double per_nanosecond = 20;
-constexpr double row_nanoseconds = 10;       // of a product
-constexpr double prepared_nanoseconds = 35;  // of a row: elimination and preconditioner
-constexpr double pair_nanoseconds = 25;      // of the products of two rows of a leaf
-constexpr double number_nanoseconds = 0.8;   // of the matrix, in a product with it
-constexpr double planning_share = 0.5;       // of an assembly
+constexpr double row_nanoseconds = 10;  // of a product
+constexpr double eliminated_nanoseconds = 20;
+constexpr double diagonal_nanoseconds = 15;
+constexpr double pair_nanoseconds = 25;     // of the products of two rows of a leaf
+constexpr double number_nanoseconds = 0.8;  // of the matrix, in a product with it
+constexpr double planning_share = 0.5;      // of an assembly
 
 }  // namespace
 
@@ -33,7 +34,8 @@ LinearWork linear_work(const linalg::BlockLayout& layout) {
     pairs += track * (track + 1) / 2;
   }
   return {.product = per_nanosecond * row_nanoseconds * width * rows,
-          .preparation = per_nanosecond * prepared_nanoseconds * width * width * rows,
+          .elimination = per_nanosecond * eliminated_nanoseconds * width * width * rows,
+          .preconditioner = per_nanosecond * diagonal_nanoseconds * width * width * rows,
           .assembly = per_nanosecond * pair_nanoseconds * width * width * pairs};
 }
 
@@ -41,14 +43,14 @@ LinearForecast::LinearForecast(const linalg::BlockLayout& layout) : work_(linear
   const auto order = static_cast<double>(layout.size(linalg::Side::hubs));
   // The diagonal of the matrix is the least there is of it.
   const double product = per_nanosecond * number_nanoseconds * order * layout.hub_size;
+  const double formed = work_.elimination + work_.assembly;
   candidates_ = {
-      {.linear = Linear::dense_cholesky, .work = work_.assembly, .lower_bound = true},
-      {.linear = Linear::sparse_cholesky, .work = work_.assembly, .lower_bound = true},
-      {.linear = Linear::explicit_pcg,
-       .work = work_.assembly,
-       .inner_work = product,
-       .lower_bound = true},
-      {.linear = Linear::implicit_pcg, .work = work_.preparation, .inner_work = work_.product}};
+      {.linear = Linear::dense_cholesky, .work = formed, .lower_bound = true},
+      {.linear = Linear::sparse_cholesky, .work = formed, .lower_bound = true},
+      {.linear = Linear::explicit_pcg, .work = formed, .inner_work = product, .lower_bound = true},
+      {.linear = Linear::implicit_pcg,
+       .work = work_.elimination + work_.preconditioner,
+       .inner_work = work_.product}};
   candidate(Linear::dense_cholesky).work += linalg::front_work(order, 0);
 }
 
@@ -63,7 +65,7 @@ void LinearForecast::add(const linalg::CholeskyPlan& plan) {
   dense.memory = linalg::DenseCholesky::memory(plan.pattern.order());
   LinearCandidate& sparse = candidate(Linear::sparse_cholesky);
   if (plan.supernodes.count() > 0) {
-    sparse.work = work_.assembly + linalg::factor_work(plan.supernodes);
+    sparse.work = work_.elimination + work_.assembly + linalg::factor_work(plan.supernodes);
     sparse.memory = plan.sparse_memory;
   } else {
     sparse.work = dense.work;  // what is not worth an analysis

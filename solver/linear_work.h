@@ -9,9 +9,10 @@ namespace raybundle {
 /// from its caches; what waits for memory counts for more than it has. A prediction from sizes
 /// alone, so that what is chosen by it is the same on every machine and for any number of threads.
 struct LinearWork {
-  double product = 0;      ///< one implicit product of the reduced system
-  double preparation = 0;  ///< of a step by conjugate gradients beside its products
-  double assembly = 0;     ///< of the reduced matrix, with what it needs before
+  double product = 0;         ///< one implicit product of the reduced system
+  double elimination = 0;     ///< what every step has
+  double preconditioner = 0;  ///< the diagonal of the reduced matrix
+  double assembly = 0;        ///< the whole of it
 };
 
 /// Of a layout whose leaves are eliminated.

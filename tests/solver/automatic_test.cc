@@ -66,7 +66,8 @@ TEST(LinearWork, GrowsWithRowsAndWithPairs) {
   };
   const LinearWork two = linear_work(layout(2)), ten = linear_work(layout(10));
   EXPECT_DOUBLE_EQ(ten.product, 5 * two.product);
-  EXPECT_DOUBLE_EQ(ten.preparation, 5 * two.preparation);
+  EXPECT_DOUBLE_EQ(ten.elimination, 5 * two.elimination);
+  EXPECT_DOUBLE_EQ(ten.preconditioner, 5 * two.preconditioner);
   EXPECT_DOUBLE_EQ(ten.assembly, 55.0 / 3 * two.assembly);
 }
 
