@@ -15,6 +15,18 @@ SymmetricPattern checked(SymmetricPattern pattern) {
   return pattern;
 }
 
+// One run for each stretch of equal sizes.
+std::vector<DiagonalBlocks::Run> runs_of(const SymmetricPattern& pattern) {
+  std::vector<DiagonalBlocks::Run> runs;
+  for (std::int64_t a = 0; a < pattern.blocks(); ++a) {
+    const auto size = static_cast<int>(pattern.block_size(a));
+    if (runs.empty() || runs.back().size != size) runs.push_back({size, 0, {}});
+    ++runs.back().count;
+  }
+  for (DiagonalBlocks::Run& run : runs) run.values.resize(index(run.count * run.size * run.size));
+  return runs;
+}
+
 }  // namespace
 
 ExplicitSystem::ExplicitSystem(std::unique_ptr<ReducedSystem> system, SymmetricPattern pattern,
@@ -39,19 +51,18 @@ void ExplicitSystem::gradient(double* v) { std::copy(v_.begin(), v_.end(), v); }
 
 void ExplicitSystem::apply(const double* x, double* y) { product_.multiply(A_, x, y, pool_); }
 
-// One run of blocks for each stretch of equal sizes.
 void ExplicitSystem::reduced_diagonal(DiagonalBlocks& out, double* v) {
   gradient(v);
-  out.runs.clear();
-  const SymmetricPattern& pattern = A_.pattern();
-  for (std::int64_t a = 0; a < pattern.blocks(); ++a) {
-    const auto size = static_cast<int>(pattern.block_size(a));
-    if (out.runs.empty() || out.runs.back().size != size) out.runs.push_back({size, 0, {}});
-    DiagonalBlocks::Run& run = out.runs.back();
-    ++run.count;
-    for (int i = 0; i < size; ++i) {
-      for (int j = 0; j < size; ++j) {
-        run.values.push_back(A_.row(a)[std::min(i, j) * A_.stride(a) + std::max(i, j)]);
+  if (out.runs.empty()) out.runs = runs_of(A_.pattern());
+  std::int64_t a = 0;
+  for (DiagonalBlocks::Run& run : out.runs) {
+    double* value = run.values.data();
+    for (const std::int64_t end = a + run.count; a < end; ++a) {
+      const double* block = A_.row(a);
+      for (int i = 0; i < run.size; ++i) {
+        for (int j = 0; j < run.size; ++j) {
+          *value++ = block[std::min(i, j) * A_.stride(a) + std::max(i, j)];
+        }
       }
     }
   }

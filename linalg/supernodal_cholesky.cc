@@ -253,7 +253,7 @@ double* SupernodalCholesky::entry_at(const FrontLayout::Front& front, std::int64
   return R.values + below / strip * strip * R.columns + below % strip + column * strip;
 }
 
-// Adds C of a child, strip by strip: rows of a child's strip are a front's rows nobody else adds to.
+// Adds C of a child, strip by strip: nobody else adds to the rows of a strip.
 void SupernodalCholesky::add_child(std::int32_t child, const Task& task) {
   const FrontLayout::Front& from = layout_.fronts[index(child)];
   const FrontLayout::Front& front = layout_.fronts[index(task.front)];

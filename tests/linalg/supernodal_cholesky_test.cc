@@ -155,7 +155,7 @@ TEST(SupernodalCholesky, SameBitsForAnyNumberOfThreads) {
   }
 }
 
-// Pivots fail in subtrees and above them, whoever is at work, and the next matrix is none the worse.
+// Pivots fail in subtrees and above them, whoever is at work, and the next matrix is fine.
 TEST(SupernodalCholesky, RefusesIndefiniteMatricesWithManyThreads) {
   const SymmetricPattern pattern = plane(20, 1, 6, 6);
   SymmetricBlocks A = random_blocks(pattern, 5);
