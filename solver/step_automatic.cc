@@ -88,6 +88,11 @@ class AutomaticStep final : public StepSolver {
     if (linear == Linear::explicit_pcg) {
       return make_explicit_pcg_step(options_, Elimination::points, layout_, pool_, plan_->pattern);
     }
+    using linalg::CholeskyKind;
+    const auto kind = linear == Linear::dense_cholesky ? CholeskyKind::dense : CholeskyKind::sparse;
+    if (plan_->kind != kind) {  // the other one is less work, and does not fit
+      plan_ = linalg::plan_cholesky(std::move(plan_->pattern), pool_.threads(), kind);
+    }
     return make_cholesky_step(options_, layout_, pool_, std::move(*plan_));
   }
 
