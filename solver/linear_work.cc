@@ -43,14 +43,15 @@ LinearForecast::LinearForecast(const linalg::BlockLayout& layout) : work_(linear
   const auto order = static_cast<double>(layout.size(linalg::Side::hubs));
   // The diagonal of the matrix is the least there is of it.
   const double product = per_nanosecond * number_nanoseconds * order * layout.hub_size;
-  const double formed = work_.elimination + work_.assembly;
-  candidates_ = {
-      {.linear = Linear::dense_cholesky, .work = formed, .lower_bound = true},
-      {.linear = Linear::sparse_cholesky, .work = formed, .lower_bound = true},
-      {.linear = Linear::explicit_pcg, .work = formed, .inner_work = product, .lower_bound = true},
-      {.linear = Linear::implicit_pcg,
-       .work = work_.elimination + work_.preconditioner,
-       .inner_work = work_.product}};
+  candidates_ = {{.linear = Linear::dense_cholesky, .work = formed(), .lower_bound = true},
+                 {.linear = Linear::sparse_cholesky, .work = formed(), .lower_bound = true},
+                 {.linear = Linear::explicit_pcg,
+                  .work = formed(),
+                  .inner_work = product,
+                  .lower_bound = true},
+                 {.linear = Linear::implicit_pcg,
+                  .work = work_.elimination + work_.preconditioner,
+                  .inner_work = work_.product}};
   candidate(Linear::dense_cholesky).work += linalg::front_work(order, 0);
 }
 
@@ -59,26 +60,35 @@ LinearCandidate& LinearForecast::candidate(Linear linear) {
                        [linear](const LinearCandidate& each) { return each.linear == linear; });
 }
 
-void LinearForecast::add(const linalg::CholeskyPlan& plan) {
-  const auto numbers = static_cast<double>(plan.pattern.scalar_nonzeros());
+void LinearForecast::add(const linalg::SymmetricPattern& pattern) {
+  const auto numbers = static_cast<double>(pattern.scalar_nonzeros());
+  const auto order = static_cast<double>(pattern.order());
   LinearCandidate& dense = candidate(Linear::dense_cholesky);
-  dense.memory = linalg::DenseCholesky::memory(plan.pattern.order());
-  LinearCandidate& sparse = candidate(Linear::sparse_cholesky);
-  if (plan.supernodes.count() > 0) {
-    sparse.work = work_.elimination + work_.assembly + linalg::factor_work(plan.supernodes);
-    sparse.memory = plan.sparse_memory;
-  } else {
-    sparse.work = dense.work;  // what is not worth an analysis
-    sparse.memory = dense.memory;
-  }
+  dense.memory = linalg::DenseCholesky::memory(pattern.order());
   LinearCandidate& iterated = candidate(Linear::explicit_pcg);
   iterated.inner_work = per_nanosecond * number_nanoseconds * numbers;
-  iterated.memory = linalg::ExplicitSystem::memory(plan.pattern);
+  iterated.memory = linalg::ExplicitSystem::memory(pattern);
+  dense.lower_bound = iterated.lower_bound = false;
+  // Columns of h numbers take h^2 / 2 each, in whatever order; least where all are as long.
+  LinearCandidate& sparse = candidate(Linear::sparse_cholesky);
+  sparse.work = std::min(formed() + 0.5 * numbers * numbers / order, dense.work);
+  sparse.memory = 2 * 8 * numbers;
+  see_what_fits();
+}
+
+void LinearForecast::add(const linalg::CholeskyPlan& plan) {
+  const LinearCandidate& dense = candidate(Linear::dense_cholesky);
+  LinearCandidate& sparse = candidate(Linear::sparse_cholesky);
+  const bool analysed = plan.supernodes.count() > 0;  // else not worth it
+  sparse.work = analysed ? formed() + linalg::factor_work(plan.supernodes) : dense.work;
+  sparse.memory = analysed ? plan.sparse_memory : dense.memory;
+  sparse.lower_bound = false;
+  see_what_fits();
+}
+
+void LinearForecast::see_what_fits() {
   const double available = linalg::available_memory();
-  for (LinearCandidate& each : candidates_) {
-    each.lower_bound = false;
-    each.fits = each.memory <= available;
-  }
+  for (LinearCandidate& each : candidates_) each.fits = each.memory <= available;
 }
 
 double LinearForecast::work(const LinearCandidate& candidate, int inner_iterations) {

@@ -24,7 +24,9 @@ class LinearForecast {
  public:
   explicit LinearForecast(const linalg::BlockLayout& layout);
 
-  /// Takes the sparsity of the matrix into account, and what there is of memory.
+  /// Takes the sparsity of the matrix into account, which leaves the sparse factorisation with a
+  /// bound, and then its analysis; and what there is of memory.
+  void add(const linalg::SymmetricPattern& pattern);
   void add(const linalg::CholeskyPlan& plan);
 
   /// The work of a step with so many inner iterations.
@@ -38,6 +40,8 @@ class LinearForecast {
 
  private:
   LinearCandidate& candidate(Linear linear);
+  double formed() const { return work_.elimination + work_.assembly; }
+  void see_what_fits();
 
   LinearWork work_;
   std::vector<LinearCandidate> candidates_;

@@ -36,12 +36,9 @@ class AutomaticStep final : public StepSolver {
   static constexpr int first_guess = 10;
 
   void decide(int inner_iterations) {
-    Linear best = forecast_.best(inner_iterations).linear;
-    if (best != Linear::implicit_pcg && !plan_ && worth_planning(inner_iterations)) {
-      plan();
-      best = forecast_.best(inner_iterations).linear;
-    }
-    if (!plan_) best = Linear::implicit_pcg;
+    while (is_worth_learning(inner_iterations)) learn();
+    const LinearCandidate& found = forecast_.best(inner_iterations);
+    const Linear best = found.lower_bound ? Linear::implicit_pcg : found.linear;
     if (!solver_) {
       take(best, inner_iterations);
     } else if (best < solver_->linear()) {  // the enumeration goes from fixed to growing work
@@ -50,19 +47,25 @@ class AutomaticStep final : public StepSolver {
     }
   }
 
-  bool worth_planning(int inner_iterations) const {
-    if (refused_) return false;
+  bool is_worth_learning(int inner_iterations) const {
+    const LinearCandidate& best = forecast_.best(inner_iterations);
+    if (refused_ || !best.lower_bound) return false;
     const double extra = solver_ ? forecast_.planning() : 0;
     const double iterating = LinearForecast::work(forecast_.candidates().back(), inner_iterations);
-    return LinearForecast::work(forecast_.best(inner_iterations), inner_iterations) + extra <
-           iterating;
+    return LinearForecast::work(best, inner_iterations) + extra < iterating;
   }
 
-  void plan() {
+  // First the sparsity of the matrix, then what it takes to factorise it.
+  void learn() {
     try {
-      plan_ = linalg::plan_cholesky(linalg::reduced_pattern(layout_, linalg::Side::leaves, pool_),
-                                    pool_.threads());
-      forecast_.add(*plan_);
+      if (!plan_) {
+        plan_.emplace();
+        plan_->pattern = linalg::reduced_pattern(layout_, linalg::Side::leaves, pool_);
+        forecast_.add(plan_->pattern);
+      } else {
+        plan_ = linalg::plan_cholesky(std::move(plan_->pattern), pool_.threads());
+        forecast_.add(*plan_);
+      }
     } catch (const std::bad_alloc&) {
       plan_.reset();  // conjugate gradients need no such matrix
       refused_ = true;
@@ -90,7 +93,8 @@ class AutomaticStep final : public StepSolver {
     }
     using linalg::CholeskyKind;
     const auto kind = linear == Linear::dense_cholesky ? CholeskyKind::dense : CholeskyKind::sparse;
-    if (plan_->kind != kind) {  // the other one is less work, and does not fit
+    if (plan_->kind != kind ||
+        plan_->work == 0) {  // the other one does not fit, or not planned yet
       plan_ = linalg::plan_cholesky(std::move(plan_->pattern), pool_.threads(), kind);
     }
     return make_cholesky_step(options_, layout_, pool_, std::move(*plan_));

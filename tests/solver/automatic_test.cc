@@ -103,7 +103,13 @@ TEST(LinearForecast, BoundsHoldAndWhatDoesNotFitIsLeft) {
   const std::vector<LinearCandidate> before = forecast.candidates();
   linalg::CholeskyPlan plan = linalg::plan_cholesky(
       linalg::reduced_pattern(layout, linalg::Side::leaves, pool), 1, linalg::CholeskyKind::sparse);
+  forecast.add(plan.pattern);
+  const LinearCandidate sparse = forecast.candidates()[1];
+  EXPECT_TRUE(sparse.lower_bound);
+  EXPECT_FALSE(forecast.candidates()[2].lower_bound);
   forecast.add(plan);
+  EXPECT_LE(sparse.work, forecast.candidates()[1].work);
+  EXPECT_LE(sparse.memory, forecast.candidates()[1].memory);
   for (std::size_t k = 0; k < before.size(); ++k) {
     const LinearCandidate& after = forecast.candidates()[k];
     EXPECT_EQ(before[k].lower_bound, after.linear != Linear::implicit_pcg);
