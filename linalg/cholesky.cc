@@ -1,15 +1,20 @@
 #include <raybundle/linalg/cholesky.h>
 
 #include <raybundle/linalg/blas_threads.h>
+#include <raybundle/linalg/cholmod_cholesky.h>
 #include <raybundle/linalg/cpu.h>
 #include <raybundle/linalg/dense_cholesky.h>
 #include <raybundle/linalg/memory.h>
-#include <raybundle/linalg/sparse_cholesky.h>
+#include <raybundle/linalg/supernodal_cholesky.h>
 
 #include <utility>
 
 namespace raybundle::linalg {
 namespace {
+
+using Storage = SymmetricBlocks::Storage;
+
+std::string with_kernels() { return " with " + std::string(name(instruction_set())) + " kernels"; }
 
 class Dense final : public Cholesky {
  public:
@@ -21,9 +26,9 @@ class Dense final : public Cholesky {
 
   bool factor() override { return cholesky_.factor(matrix().values(), order_, pool_); }
   void solve(double* x) override { cholesky_.solve(matrix().values(), order_, x); }
+  CholeskyKind kind() const override { return CholeskyKind::dense; }
   std::string description() const override {
-    return "dense Cholesky of order " + std::to_string(order_) + " with " +
-           std::string(name(instruction_set())) + " kernels";
+    return "dense Cholesky of order " + std::to_string(order_) + with_kernels();
   }
 
  private:
@@ -34,13 +39,34 @@ class Dense final : public Cholesky {
 
 class Sparse final : public Cholesky {
  public:
-  Sparse(SymmetricPattern pattern, const Ordering& ordering)
-      : Cholesky(std::move(pattern), Storage::sparse),
-        method_(ordering.method),
-        cholesky_(matrix().pattern(), ordering) {}
+  Sparse(CholeskyPlan plan, ThreadPool& pool)
+      : Cholesky(std::move(plan.pattern), Storage::sparse),
+        method_(plan.ordering.method),
+        cholesky_(matrix().pattern(), std::move(plan.supernodes), pool) {}
 
   bool factor() override { return cholesky_.factor(matrix()); }
   void solve(double* x) override { cholesky_.solve(x); }
+  CholeskyKind kind() const override { return CholeskyKind::sparse; }
+  std::string description() const override {
+    return "sparse Cholesky of order " + std::to_string(matrix().pattern().order()) + " by " +
+           method_ + with_kernels();
+  }
+
+ private:
+  std::string method_;
+  SupernodalCholesky cholesky_;
+};
+
+class Cholmod final : public Cholesky {
+ public:
+  explicit Cholmod(CholeskyPlan plan)
+      : Cholesky(std::move(plan.pattern), Storage::sparse),
+        method_(plan.ordering.method),
+        cholesky_(matrix().pattern(), plan.ordering) {}
+
+  bool factor() override { return cholesky_.factor(matrix()); }
+  void solve(double* x) override { cholesky_.solve(x); }
+  CholeskyKind kind() const override { return CholeskyKind::cholmod; }
   std::string description() const override {
     return "sparse Cholesky of order " + std::to_string(matrix().pattern().order()) + " by " +
            method_ + " (CHOLMOD, " + blas_name() + ")";
@@ -48,7 +74,7 @@ class Sparse final : public Cholesky {
 
  private:
   std::string method_;
-  SparseCholesky cholesky_;
+  CholmodCholesky cholesky_;
 };
 
 double square(std::int64_t order) {
@@ -64,51 +90,43 @@ bool obviously_dense(const SymmetricPattern& pattern) {
          static_cast<double>(pattern.scalar_nonzeros()) > full * 0.5 * square(pattern.order());
 }
 
-double dense_work(const SymmetricPattern& pattern) {
-  return square(pattern.order()) * static_cast<double>(pattern.order()) / 6;
-}
-
-// A sparse factorisation runs at a fraction of the speed of a dense one.
-double sparse_work(const Ordering& ordering) {
-  constexpr double sparse_penalty = 3;
-  return sparse_penalty * ordering.flops / 2;
-}
-
-CholeskyPlan require_dense_memory(CholeskyPlan plan) {
-  plan.memory = DenseCholesky::memory(plan.pattern.order());
-  require_memory(plan.memory, "a dense matrix of order " + std::to_string(plan.pattern.order()));
-  return plan;
-}
-
-CholeskyPlan require_sparse_memory(CholeskyPlan plan) {
-  plan.memory = SparseCholesky::memory(plan.pattern, plan.ordering);
-  require_memory(plan.memory,
-                 "a sparse factorisation of order " + std::to_string(plan.pattern.order()));
-  return plan;
+const char* adjective(CholeskyKind kind) {
+  return kind == CholeskyKind::dense ? "dense" : "sparse";
 }
 
 }  // namespace
 
-CholeskyPlan plan_cholesky(SymmetricPattern pattern,
-                           std::optional<SymmetricBlocks::Storage> storage) {
-  using Storage = SymmetricBlocks::Storage;
+CholeskyPlan plan_cholesky(SymmetricPattern pattern, int threads,
+                           std::optional<CholeskyKind> kind) {
   CholeskyPlan plan = {.pattern = std::move(pattern)};
-  const double dense = dense_work(plan.pattern);
-  if (storage ? *storage == Storage::sparse : !obviously_dense(plan.pattern)) {
+  const double dense = front_work(static_cast<double>(plan.pattern.order()), 0);
+  if (kind ? *kind != CholeskyKind::dense : !obviously_dense(plan.pattern)) {
     plan.ordering = find_ordering(plan.pattern);
-    plan.work = sparse_work(plan.ordering);
-    if (storage || plan.work <= dense) {
-      plan.storage = Storage::sparse;
-      return require_sparse_memory(std::move(plan));
-    }
+    plan.supernodes = find_supernodes(plan.pattern, plan.ordering.permutation);
+    plan.work = factor_work(plan.supernodes);
+    plan.sparse_memory = SupernodalCholesky::memory(plan.pattern, plan.supernodes, threads);
+    plan.kind = kind.value_or(plan.work < dense ? CholeskyKind::sparse : CholeskyKind::dense);
   }
-  plan.work = dense;
-  return require_dense_memory(std::move(plan));
+  if (plan.kind == CholeskyKind::dense) {
+    plan.work = dense;
+    plan.memory = DenseCholesky::memory(plan.pattern.order());
+  } else if (plan.kind == CholeskyKind::sparse) {
+    plan.memory = plan.sparse_memory;
+  } else {
+    plan.memory = CholmodCholesky::memory(plan.pattern, plan.ordering);
+  }
+  return plan;
 }
 
 std::unique_ptr<Cholesky> Cholesky::make(CholeskyPlan plan, ThreadPool& pool) {
-  if (plan.storage == Storage::dense) return std::make_unique<Dense>(std::move(plan.pattern), pool);
-  return std::make_unique<Sparse>(std::move(plan.pattern), plan.ordering);
+  require_memory(plan.memory, std::string("a ") + adjective(plan.kind) +
+                                  " factorisation of order " +
+                                  std::to_string(plan.pattern.order()));
+  if (plan.kind == CholeskyKind::dense) {
+    return std::make_unique<Dense>(std::move(plan.pattern), pool);
+  }
+  if (plan.kind == CholeskyKind::sparse) return std::make_unique<Sparse>(std::move(plan), pool);
+  return std::make_unique<Cholmod>(std::move(plan));
 }
 
 }  // namespace raybundle::linalg

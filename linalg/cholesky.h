@@ -2,6 +2,7 @@
 
 #include <raybundle/linalg/ordering.h>
 #include <raybundle/linalg/parallel.h>
+#include <raybundle/linalg/supernodes.h>
 #include <raybundle/linalg/symmetric_blocks.h>
 
 #include <memory>
@@ -11,25 +12,28 @@
 
 namespace raybundle::linalg {
 
-/// How to factorise a matrix of some sparsity.
+/// Who factorises: our own code for dense matrices, or for sparse ones, or CHOLMOD.
+enum class CholeskyKind { dense, sparse, cholmod };
+
+/// How to factorise a matrix of some sparsity, and what that takes.
 struct CholeskyPlan {
   SymmetricPattern pattern;
-  SymmetricBlocks::Storage storage = SymmetricBlocks::Storage::dense;
-  Ordering ordering = {};  ///< of sparse storage
-  double memory = 0;       ///< bytes that the matrix and its factor take
-  double work = 0;  ///< predicted multiplications of one factorisation, as fast as dense ones
+  CholeskyKind kind = CholeskyKind::dense;
+  Ordering ordering = {};      ///< where it is not dense
+  Supernodes supernodes = {};  ///< where it is sparse
+  double work = 0;    ///< predicted multiplications of one factorisation, as fast as dense ones
+  double memory = 0;  ///< predicted bytes, the matrix itself included
+  double sparse_memory = 0;  ///< the same of our sparse factorisation, where it was thought of
 };
 
-/// Dense or sparse storage as asked for, else whichever the predicted work favours. Throws
-/// std::bad_alloc when the matrix or its factor cannot be held.
-CholeskyPlan plan_cholesky(SymmetricPattern pattern,
-                           std::optional<SymmetricBlocks::Storage> storage = std::nullopt);
+/// Of the kind asked for, else dense or sparse, whichever is less work. Nothing is refused here.
+CholeskyPlan plan_cholesky(SymmetricPattern pattern, int threads,
+                           std::optional<CholeskyKind> kind = std::nullopt);
 
 /// Cholesky factorisation of a symmetric block matrix whose sparsity never changes: ordering and
 /// analysis once, factorisation often.
 class Cholesky {
  public:
-  using Storage = SymmetricBlocks::Storage;
   virtual ~Cholesky() = default;
 
   /// Where the caller writes the matrix before factor(). Its values are undefined afterwards.
@@ -40,14 +44,16 @@ class Cholesky {
   virtual bool factor() = 0;
   /// Solves A x = b in place, after a successful factor().
   virtual void solve(double* x) = 0;
-  /// What does the work, for people: "dense, order 441" or "sparse, nested dissection, ...".
+  virtual CholeskyKind kind() const = 0;
+  /// What does the work, for people.
   virtual std::string description() const = 0;
 
-  /// `pool` outlives it. Throws std::bad_alloc when the matrix or its factor cannot be held.
+  /// `pool` outlives it. Throws MemoryRefusal when there is less memory than planned.
   static std::unique_ptr<Cholesky> make(CholeskyPlan plan, ThreadPool& pool);
 
  protected:
-  Cholesky(SymmetricPattern pattern, Storage storage) : matrix_(std::move(pattern), storage) {}
+  Cholesky(SymmetricPattern pattern, SymmetricBlocks::Storage storage)
+      : matrix_(std::move(pattern), storage) {}
 
  private:
   SymmetricBlocks matrix_;

@@ -1,13 +1,10 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <new>
 
-#include <raybundle/linalg/cpu.h>
-#include <raybundle/linalg/kernels/dense_kernels.h>
-#include <raybundle/linalg/parallel.h>
+#include <raybundle/linalg/tiled_cholesky.h>
 
 namespace raybundle::linalg {
 
@@ -53,19 +50,13 @@ class DenseCholesky {
   static AlignedArray allocate(std::int64_t count);
 
   void set_thresholds(const double* A, std::int64_t ld);
-  StripRange strips_of_tile(std::int64_t tile) const;
-  void factor_tile(double* A, std::int64_t ld, std::int64_t row, std::int64_t column);
-  bool compute_tile(std::int64_t row, std::int64_t column);
 
   std::int64_t order_;
   const DenseKernels* kernels_;
   std::int64_t strips_;
   AlignedArray packed_, inverse_diagonal_, threshold_;
   PackedTriangle triangle_;
-
-  std::int64_t tile_strips_ = 1;                           ///< strips per tile in the current call
-  std::unique_ptr<std::atomic<std::int64_t>[]> finished_;  ///< tiles finished in each row of tiles
-  std::atomic<bool> failed_{false};
+  TiledCholesky tiled_;
 };
 
 }  // namespace raybundle::linalg

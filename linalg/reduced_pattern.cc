@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace raybundle::linalg {
@@ -15,13 +16,14 @@ class Neighbours {
   Neighbours(const BlockLayout& layout, Side eliminated)
       : kept_(layout.incidence(opposite(eliminated))),
         eliminated_(layout.incidence(eliminated)),
-        position_(positions(eliminated_)),
-        seen_(index(layout.block_count(opposite(eliminated))), -1) {}
+        position_(positions(eliminated_)) {}
 
-  /// Calls visit(b) once for every such b > a; not twice for the same a.
+  /// Calls visit(b) once for every such b > a; seen[b] is a mark that must be different from a
+  /// before.
   template <class Visit>
-  void visit_after(std::int64_t a, Visit&& visit) {
-    seen_[index(a)] = a;
+  void visit_after(std::int64_t a, std::vector<std::int32_t>& seen, Visit&& visit) const {
+    const auto mark = static_cast<std::int32_t>(a);
+    seen[index(a)] = mark;
     for (std::int64_t p = kept_.begin[index(a)]; p < kept_.begin[index(a + 1)]; ++p) {
       const std::int64_t c = kept_.list.empty() ? p : kept_.list[index(p)];
       const std::int64_t start = position_.empty() ? c : position_[index(c)];
@@ -29,8 +31,7 @@ class Neighbours {
       for (std::int64_t q = start; q < end; ++q) {
         const std::int64_t other = eliminated_.list.empty() ? q : eliminated_.list[index(q)];
         const std::int32_t b = kept_.block[index(other)];
-        if (seen_[index(b)] == a) continue;
-        seen_[index(b)] = a;
+        if (std::exchange(seen[index(b)], mark) == mark) continue;
         visit(b);
       }
     }
@@ -40,7 +41,6 @@ class Neighbours {
   const Incidence& kept_;
   const Incidence& eliminated_;
   LargeVector<std::int32_t> position_;
-  std::vector<std::int64_t> seen_;
 };
 
 // A reduced matrix can have the square of the kept blocks. Where it may be large its blocks are
@@ -55,12 +55,15 @@ void require_pattern_memory(const BlockLayout& layout, Side eliminated_side) {
         static_cast<double>(eliminated.begin[index(e + 1)] - eliminated.begin[index(e)]);
     blocks += degree * (degree + 1) / 2;
   }
+  const auto all = static_cast<double>(count);
+  blocks = std::min(blocks, all * (all + 1) / 2);
   constexpr double few = 1e7;
   if (blocks > few) {
     blocks = static_cast<double>(count);
-    Neighbours neighbours(layout, eliminated_side);
+    const Neighbours neighbours(layout, eliminated_side);
+    std::vector<std::int32_t> seen(index(count), -1);
     for (std::int64_t a = 0; a < count; ++a) {
-      neighbours.visit_after(a, [&](std::int32_t) { ++blocks; });
+      neighbours.visit_after(a, seen, [&](std::int32_t) { ++blocks; });
     }
   }
   // The least that any factorisation takes: a full matrix in dense storage, with its workspace, has
@@ -72,7 +75,7 @@ void require_pattern_memory(const BlockLayout& layout, Side eliminated_side) {
 
 }  // namespace
 
-SymmetricPattern reduced_pattern(const BlockLayout& layout, Side eliminated) {
+SymmetricPattern reduced_pattern(const BlockLayout& layout, Side eliminated, ThreadPool& pool) {
   require_pattern_memory(layout, eliminated);
   const Side kept = opposite(eliminated);
   const std::int64_t count = layout.block_count(kept);
@@ -80,13 +83,28 @@ SymmetricPattern reduced_pattern(const BlockLayout& layout, Side eliminated) {
   for (std::int64_t a = 0; a <= count; ++a) {
     pattern.offset.push_back(a * layout.block_size(kept));
   }
-  Neighbours neighbours(layout, eliminated);
-  pattern.row_begin.push_back(0);
+  pattern.row_begin.assign(index(count + 1), 0);
+  const Neighbours neighbours(layout, eliminated);
+  const Chunks pieces = chunks(count, 16);
+  std::vector<std::vector<std::int32_t>> columns(index(pieces.pieces));
+  pool.run(pieces.pieces, [&](std::int64_t piece) {
+    std::vector<std::int32_t>& column = columns[index(piece)];
+    std::vector<std::int32_t> seen(index(count), -1);
+    for (std::int64_t a = pieces.begin(piece); a < pieces.end(piece); ++a) {
+      const auto begin = static_cast<std::int64_t>(column.size());
+      column.push_back(static_cast<std::int32_t>(a));
+      neighbours.visit_after(a, seen, [&](std::int32_t b) { column.push_back(b); });
+      std::sort(column.begin() + begin, column.end());
+      pattern.row_begin[index(a + 1)] = static_cast<std::int64_t>(column.size()) - begin;
+    }
+  });
   for (std::int64_t a = 0; a < count; ++a) {
-    pattern.column.push_back(static_cast<std::int32_t>(a));
-    neighbours.visit_after(a, [&](std::int32_t b) { pattern.column.push_back(b); });
-    std::sort(pattern.column.begin() + pattern.row_begin.back(), pattern.column.end());
-    pattern.row_begin.push_back(static_cast<std::int64_t>(pattern.column.size()));
+    pattern.row_begin[index(a + 1)] += pattern.row_begin[index(a)];
+  }
+  pattern.column.reserve(index(pattern.row_begin.back()));
+  for (std::vector<std::int32_t>& column : columns) {
+    pattern.column.insert(pattern.column.end(), column.begin(), column.end());
+    column = {};
   }
   return pattern;
 }

@@ -200,7 +200,9 @@ double SchurComplement::expand(const double* x, double* step) {
   return std::accumulate(squares.begin(), squares.end(), 0.0);
 }
 
-SymmetricPattern SchurComplement::pattern() const { return reduced_pattern(layout_, eliminated_); }
+SymmetricPattern SchurComplement::pattern() const {
+  return reduced_pattern(layout_, eliminated_, pool_);
+}
 
 // What block row a has without its rows: D_a, and v_a = g_a.
 void SchurComplement::start_row(SymmetricBlocks& A, std::int64_t a, double* v) const {

@@ -103,7 +103,7 @@ BlockSpectrum block_spectrum(const double* blocks, int size, std::int64_t count,
 ReducedSpectrum::ReducedSpectrum(const BlockLayout& layout, ThreadPool& pool)
     : pool_(pool),
       system_(make_reduced_system(layout, Side::leaves, pool)),
-      cholesky_(Cholesky::make(plan_cholesky(system_->pattern()), pool)),
+      cholesky_(Cholesky::make(plan_cholesky(system_->pattern(), pool.threads()), pool)),
       damping_(index(layout.unknowns())),
       gradient_(index(system_->size())) {}
 

@@ -38,6 +38,7 @@ class SymmetricBlocks {
 
   /// First number of block row a, and the distance between its scalar rows.
   double* row(std::int64_t a) { return values_.data() + row_value_[index(a)]; }
+  const double* row(std::int64_t a) const { return values_.data() + row_value_[index(a)]; }
   std::int64_t stride(std::int64_t a) const;
   /// Distance from the start of a scalar row to the block at position p of the pattern.
   std::int64_t block_shift(std::int64_t p) const { return shift_[index(p)]; }

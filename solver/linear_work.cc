@@ -1,17 +1,32 @@
 #include <raybundle/solver/linear_work.h>
 
+#include <raybundle/linalg/dense_cholesky.h>
+#include <raybundle/linalg/explicit_system.h>
+#include <raybundle/linalg/memory.h>
+#include <raybundle/solver/step.h>
+
+#include <algorithm>
+
 namespace raybundle {
 
 using linalg::index;
 
+namespace {
+
 // Measured with one thread of an AMD EPYC with AVX-512 where a dense factorisation does 20
 // multiplications with addition in a nanosecond (docs/decisions.md).
+constexpr double per_nanosecond = 20;
+constexpr double row_nanoseconds = 10;  // of a product
+constexpr double eliminated_nanoseconds = 20;
+constexpr double diagonal_nanoseconds = 15;
+constexpr double coarse_nanoseconds = 130;  // matrix and factor of a coarse space
+constexpr double pair_nanoseconds = 25;     // of the products of two rows of a leaf
+constexpr double number_nanoseconds = 0.8;  // of the matrix, in a product with it
+constexpr double planning_share = 0.5;      // of an assembly
+
+}  // namespace
+
 LinearWork linear_work(const linalg::BlockLayout& layout) {
-  constexpr double per_nanosecond = 20;
-  constexpr double row_nanoseconds = 10;       // of a product
-  constexpr double prepared_nanoseconds = 35;  // of a row: elimination and preconditioner
-  constexpr double pair_nanoseconds = 25;      // of the products of two rows of a leaf
-  constexpr double coarse_nanoseconds = 130;   // of a row: matrix and factor
   const double width = static_cast<double>(layout.hub_size) / 9;
   const auto rows = static_cast<double>(layout.rows);
   double pairs = 0;
@@ -21,9 +36,85 @@ LinearWork linear_work(const linalg::BlockLayout& layout) {
     pairs += track * (track + 1) / 2;
   }
   return {.product = per_nanosecond * row_nanoseconds * width * rows,
-          .preparation = per_nanosecond * prepared_nanoseconds * width * width * rows,
-          .assembly = per_nanosecond * pair_nanoseconds * width * width * pairs,
-          .coarse = per_nanosecond * coarse_nanoseconds * width * width * rows};
+          .elimination = per_nanosecond * eliminated_nanoseconds * width * width * rows,
+          .preconditioner = per_nanosecond * diagonal_nanoseconds * width * width * rows,
+          .coarse = per_nanosecond * coarse_nanoseconds * width * width * rows,
+          .assembly = per_nanosecond * pair_nanoseconds * width * width * pairs};
 }
+
+InnerIterations expected_after(int inner_iterations, bool two_level) {
+  if (two_level || inner_iterations <= many_inner_iterations) return {inner_iterations, two_level};
+  constexpr int mostly_of_two_levels = 20;
+  return {mostly_of_two_levels, true};
+}
+
+LinearForecast::LinearForecast(const linalg::BlockLayout& layout, double memory_limit)
+    : work_(linear_work(layout)), memory_limit_(memory_limit) {
+  const auto order = static_cast<double>(layout.size(linalg::Side::hubs));
+  // The diagonal of the matrix is the least there is of it.
+  const double product = per_nanosecond * number_nanoseconds * order * layout.hub_size;
+  candidates_ = {{.linear = Linear::dense_cholesky, .work = formed(), .lower_bound = true},
+                 {.linear = Linear::sparse_cholesky, .work = formed(), .lower_bound = true},
+                 {.linear = Linear::explicit_pcg,
+                  .work = formed(),
+                  .inner_work = product,
+                  .lower_bound = true},
+                 {.linear = Linear::implicit_pcg,
+                  .work = work_.elimination + work_.preconditioner,
+                  .inner_work = work_.product}};
+  candidate(Linear::dense_cholesky).work += linalg::front_work(order, 0);
+}
+
+LinearCandidate& LinearForecast::candidate(Linear linear) {
+  return *std::find_if(candidates_.begin(), candidates_.end(),
+                       [linear](const LinearCandidate& each) { return each.linear == linear; });
+}
+
+void LinearForecast::add(const linalg::SymmetricPattern& pattern) {
+  const auto numbers = static_cast<double>(pattern.scalar_nonzeros());
+  const auto order = static_cast<double>(pattern.order());
+  LinearCandidate& dense = candidate(Linear::dense_cholesky);
+  dense.memory = linalg::DenseCholesky::memory(pattern.order());
+  LinearCandidate& iterated = candidate(Linear::explicit_pcg);
+  iterated.inner_work = per_nanosecond * number_nanoseconds * numbers;
+  iterated.memory = linalg::ExplicitSystem::memory(pattern);
+  dense.lower_bound = iterated.lower_bound = false;
+  // Columns of h numbers take h^2 / 2 each, in whatever order; least where all are as long.
+  LinearCandidate& sparse = candidate(Linear::sparse_cholesky);
+  sparse.work = std::min(formed() + 0.5 * numbers * numbers / order, dense.work);
+  sparse.memory = 2 * 8 * numbers;
+  see_what_fits();
+}
+
+void LinearForecast::add(const linalg::CholeskyPlan& plan) {
+  const LinearCandidate& dense = candidate(Linear::dense_cholesky);
+  LinearCandidate& sparse = candidate(Linear::sparse_cholesky);
+  const bool analysed = plan.supernodes.count() > 0;  // else not worth it
+  sparse.work = analysed ? formed() + linalg::factor_work(plan.supernodes) : dense.work;
+  sparse.memory = analysed ? plan.sparse_memory : dense.memory;
+  sparse.lower_bound = false;
+  see_what_fits();
+}
+
+void LinearForecast::see_what_fits() {
+  const double left = std::min(linalg::available_memory(), memory_limit_);
+  for (LinearCandidate& each : candidates_) each.fits = each.memory <= left;
+}
+
+double LinearForecast::work(const LinearCandidate& candidate, InnerIterations expected) const {
+  if (!iterates(candidate.linear)) return candidate.work;
+  return candidate.work + expected.count * candidate.inner_work +
+         (expected.two_level ? work_.coarse : 0);
+}
+
+const LinearCandidate& LinearForecast::best(InnerIterations expected) const {
+  return *std::min_element(candidates_.begin(), candidates_.end(),
+                           [&](const LinearCandidate& a, const LinearCandidate& b) {
+                             if (a.fits != b.fits) return a.fits;
+                             return work(a, expected) < work(b, expected);
+                           });
+}
+
+double LinearForecast::planning() const { return planning_share * work_.assembly; }
 
 }  // namespace raybundle

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <raybundle/linalg/block_layout.h>
+#include <raybundle/linalg/cholesky.h>
+#include <raybundle/solver/summary.h>
 
 namespace raybundle {
 
@@ -8,13 +9,54 @@ namespace raybundle {
 /// from its caches; what waits for memory counts for more than it has. A prediction from sizes
 /// alone, so that what is chosen by it is the same on every machine and for any number of threads.
 struct LinearWork {
-  double product = 0;      ///< one implicit product of the reduced system
-  double preparation = 0;  ///< of a step by conjugate gradients beside its products
-  double assembly = 0;     ///< of the reduced matrix
-  double coarse = 0;       ///< of the coarse space of a step by two levels
+  double product = 0;         ///< one implicit product of the reduced system
+  double elimination = 0;     ///< what every step has
+  double preconditioner = 0;  ///< the diagonal of the reduced matrix
+  double coarse = 0;          ///< the coarse space of a step by two levels
+  double assembly = 0;        ///< the whole of the reduced matrix
 };
 
 /// Of a layout whose leaves are eliminated.
 LinearWork linear_work(const linalg::BlockLayout& layout);
+
+/// What iterating is expected to take.
+struct InnerIterations {
+  int count = 10;          ///< of a first step
+  bool two_level = false;  ///< with a coarse space
+};
+/// In the step after one of so many: as many again, or, where Preconditioner::adaptive goes over to
+/// two levels then, as many as steps with these mostly take.
+InnerIterations expected_after(int inner_iterations, bool two_level);
+
+/// The four ways side by side. Before the sparsity of the reduced matrix is known the ways that
+/// form it have a lower bound of their work.
+class LinearForecast {
+ public:
+  /// `memory_limit`: bytes that matrix and factor may take.
+  LinearForecast(const linalg::BlockLayout& layout, double memory_limit);
+
+  /// Takes the sparsity of the matrix into account, which leaves the sparse factorisation with a
+  /// bound, and then its analysis; and what there is of memory.
+  void add(const linalg::SymmetricPattern& pattern);
+  void add(const linalg::CholeskyPlan& plan);
+
+  /// The work of a step.
+  double work(const LinearCandidate& candidate, InnerIterations expected) const;
+  /// The least of those that fit.
+  const LinearCandidate& best(InnerIterations expected) const;
+  /// What it takes to learn the sparsity and to analyse it, once.
+  double planning() const;
+
+  const std::vector<LinearCandidate>& candidates() const { return candidates_; }
+
+ private:
+  LinearCandidate& candidate(Linear linear);
+  double formed() const { return work_.elimination + work_.assembly; }
+  void see_what_fits();
+
+  LinearWork work_;
+  double memory_limit_;
+  std::vector<LinearCandidate> candidates_;
+};
 
 }  // namespace raybundle

@@ -154,7 +154,7 @@ inline constexpr int enum_count<Method> = 8;
 template <>
 inline constexpr int enum_count<Elimination> = 3;
 template <>
-inline constexpr int enum_count<Linear> = 3;
+inline constexpr int enum_count<Linear> = 5;
 template <>
 inline constexpr int enum_count<Preconditioner> = 7;
 template <>

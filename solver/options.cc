@@ -63,14 +63,19 @@ void refuse_solver_choices(const Options& o, const MethodTraits& method) {
     refuse(who + " has no inner iterations", given("preconditioner", o.preconditioner),
            given("forcing", o.forcing), given("forcing-rule", o.forcing_rule),
            given("max-inner-iterations", o.max_inner_iterations));
-    if (o.linear == Linear::implicit_pcg) {
-      throw OptionError("--linear implicit-pcg: " + who + " factorises; use tnm");
+    if (o.linear && iterates(*o.linear)) {
+      throw OptionError(std::string("--linear ") + name(*o.linear) + ": " + who +
+                        " factorises; use tnm");
     }
     return;
   }
-  if (o.linear && *o.linear != Linear::implicit_pcg) {
+  if (o.linear && !iterates(*o.linear)) {
     throw OptionError(std::string("--linear ") + name(*o.linear) + ": " + who +
                       " iterates; use lm-cholesky");
+  }
+  if (method.adaptive && o.linear == Linear::explicit_pcg) {
+    throw OptionError("--linear explicit-pcg: " + who +
+                      " may keep the points, whose matrix is too large to form; use dinm");
   }
   const bool schur = o.preconditioner && needs_schur_complement(*o.preconditioner);
   if (schur && o.elimination == Elimination::none) {
@@ -217,7 +222,7 @@ void fill_inner(const MethodTraits& method, Options& o) {
     preferred = Preconditioner::block_diag_s;  // clusters are of cameras
   }
   o.preconditioner = o.preconditioner.value_or(preferred);
-  if (method.inner == InnerSolve::pcg) o.linear = Linear::implicit_pcg;
+  if (method.inner == InnerSolve::pcg) o.linear = o.linear.value_or(Linear::implicit_pcg);
   o.forcing_rule = o.forcing_rule.value_or(method.forcing_rule);
   o.forcing = o.forcing.value_or(method.forcing);
   o.max_inner_iterations = o.max_inner_iterations.value_or(method.max_inner_iterations);
@@ -251,11 +256,11 @@ Options settle(Options o) {
   forget(o.forcing_rule, own.forcing_rule);
   forget(o.forcing, own.forcing);
   forget(o.max_inner_iterations, own.max_inner_iterations);
-  const bool factorises = (o.linear && *o.linear != Linear::implicit_pcg) ||
+  const bool factorises = (o.linear && !iterates(*o.linear)) ||
                           o.elimination.value_or(Elimination::points) != Elimination::points;
-  const bool iterates = o.linear == Linear::implicit_pcg || o.scaling || o.preconditioner ||
-                        o.forcing || o.forcing_rule || o.max_inner_iterations;
-  if (iterates) {
+  const bool inner = (o.linear && iterates(*o.linear)) || o.scaling || o.preconditioner ||
+                     o.forcing || o.forcing_rule || o.max_inner_iterations;
+  if (inner) {
     o.method = Method::tnm;
   } else if (factorises) {
     o.method = Method::lm_cholesky;
@@ -268,7 +273,9 @@ Options settle(Options o) {
 const char* name(Method value) { return traits(value).name; }
 const char* name(Elimination value) { return pick(std::array{"none", "points", "cameras"}, value); }
 const char* name(Linear value) {
-  return pick(std::array{"dense-cholesky", "sparse-cholesky", "implicit-pcg"}, value);
+  return pick(
+      std::array{"dense-cholesky", "sparse-cholesky", "cholmod", "explicit-pcg", "implicit-pcg"},
+      value);
 }
 const char* name(Preconditioner value) {
   return pick(

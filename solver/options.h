@@ -15,7 +15,9 @@ enum class Method { automatic, lm_cholesky, tnm, inm, dinm, adinm, dogleg, irls 
 /// Which side of the normal equations is eliminated before the inner solve.
 enum class Elimination { none, points, cameras };
 /// How the (reduced) linear system is solved.
-enum class Linear { dense_cholesky, sparse_cholesky, implicit_pcg };
+enum class Linear { dense_cholesky, sparse_cholesky, cholmod, explicit_pcg, implicit_pcg };
+/// Whether that is conjugate gradients, on the matrix or without forming it, and no factorisation.
+constexpr bool iterates(Linear linear) { return linear >= Linear::explicit_pcg; }
 /// Preconditioners of [Qu18, 3.3.5], where B and S are the undiminished and the Schur-reduced
 /// matrix of the side that is kept; and beyond: block-diag-s with a coarse space of camera clusters
 /// (linalg/coarse_space.h), from the first step on or once inner iterations are many.

@@ -56,6 +56,7 @@ Summary solve(Problem& problem, const Options& options, const Observer& observer
   summary.threads = pool.threads();
   summary.options.linear = steps->linear();  // auto may have changed it
   summary.linear_solver = steps->description();
+  summary.linear_choice = steps->choice();
   objective.write(std::move(state), problem);
   return summary;
 }

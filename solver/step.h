@@ -4,6 +4,7 @@
 #include <raybundle/linalg/reduced_system.h>
 #include <raybundle/solver/forcing.h>
 #include <raybundle/solver/options.h>
+#include <raybundle/solver/summary.h>
 
 #include <limits>
 #include <memory>
@@ -54,6 +55,8 @@ class StepSolver {
   virtual double matrix_memory() const { return 0; }
   /// What does the work, for people.
   virtual std::string description() const = 0;
+  /// What it was chosen from; empty where it was told.
+  virtual LinearChoice choice() const { return {}; }
 };
 
 /// The one that `options` (resolved) ask for; layout and pool outlive it. Here the memory limit is
@@ -78,6 +81,11 @@ std::unique_ptr<StepSolver> make_dogleg_step(const Options& options,
 std::unique_ptr<StepSolver> make_pcg_step(const Options& options, Elimination elimination,
                                           const linalg::BlockLayout& layout,
                                           linalg::ThreadPool& pool);
+/// The same on a matrix that is formed, where its sparsity is known already.
+std::unique_ptr<StepSolver> make_explicit_pcg_step(const Options& options, Elimination elimination,
+                                                   const linalg::BlockLayout& layout,
+                                                   linalg::ThreadPool& pool,
+                                                   linalg::SymmetricPattern pattern);
 std::unique_ptr<StepSolver> make_adaptive_step(const Options& options,
                                                const linalg::BlockLayout& layout,
                                                linalg::ThreadPool& pool);
@@ -90,8 +98,6 @@ double pcg_step_memory(const Options& options, Elimination elimination,
                        const linalg::LayoutSize& n);
 double adaptive_step_memory(const Options& options, const linalg::LayoutSize& n);
 
-/// By what `auto` factorises in its first step; nothing: it iterates.
-std::optional<linalg::CholeskyPlan> first_automatic_plan(const linalg::BlockLayout& layout);
 /// Preconditioner::adaptive goes over to two levels after a step of more inner iterations than
 /// these, and within one of too many. A coarse space costs about as much as 15 of them.
 inline constexpr int many_inner_iterations = 30;

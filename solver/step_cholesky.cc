@@ -12,10 +12,24 @@ namespace {
 
 using linalg::index;
 
-std::optional<linalg::Cholesky::Storage> storage(std::optional<Linear> linear) {
-  using Storage = linalg::Cholesky::Storage;
+using linalg::CholeskyKind;
+
+std::optional<CholeskyKind> kind(std::optional<Linear> linear) {
   if (!linear) return std::nullopt;
-  return *linear == Linear::dense_cholesky ? Storage::dense : Storage::sparse;
+  if (*linear == Linear::cholmod) return CholeskyKind::cholmod;
+  return *linear == Linear::dense_cholesky ? CholeskyKind::dense : CholeskyKind::sparse;
+}
+
+Linear linear_of(CholeskyKind kind) {
+  switch (kind) {
+    case CholeskyKind::sparse:
+      return Linear::sparse_cholesky;
+    case CholeskyKind::cholmod:
+      return Linear::cholmod;
+    case CholeskyKind::dense:
+      break;
+  }
+  return Linear::dense_cholesky;
 }
 
 // The step of [Qu18, Eq. 3.55] by factorising the (reduced) matrix.
@@ -39,10 +53,7 @@ class CholeskyStep final : public StepSolver {
     return {.solved = true, .eliminated = elimination_, .curvature = curvature};
   }
 
-  Linear linear() const override {
-    const bool dense = cholesky_->matrix().storage() == linalg::Cholesky::Storage::dense;
-    return dense ? Linear::dense_cholesky : Linear::sparse_cholesky;
-  }
+  Linear linear() const override { return linear_of(cholesky_->kind()); }
   double matrix_memory() const override { return matrix_memory_; }
   std::string description() const override { return cholesky_->description(); }
 
@@ -60,9 +71,10 @@ std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
                                                const linalg::BlockLayout& layout,
                                                linalg::ThreadPool& pool) {
   const auto side = eliminated_side(*options.elimination);
-  linalg::SymmetricPattern pattern = side ? linalg::reduced_pattern(layout, *side)
+  linalg::SymmetricPattern pattern = side ? linalg::reduced_pattern(layout, *side, pool)
                                           : make_reduced_system(layout, side, pool)->pattern();
-  linalg::CholeskyPlan plan = linalg::plan_cholesky(std::move(pattern), storage(options.linear));
+  linalg::CholeskyPlan plan =
+      linalg::plan_cholesky(std::move(pattern), pool.threads(), kind(options.linear));
   if (plan.memory > options.memory_limit) {
     throw linalg::MemoryRefusal(
         "factorising a matrix of order " + std::to_string(plan.pattern.order()) + " needs " +

@@ -1,4 +1,5 @@
 #include <raybundle/linalg/coarse_space.h>
+#include <raybundle/linalg/explicit_system.h>
 #include <raybundle/linalg/pcg.h>
 #include <raybundle/linalg/preconditioner.h>
 #include <raybundle/linalg/vector.h>
@@ -10,6 +11,8 @@
 #include <cmath>
 #include <new>
 #include <optional>
+#include <string>
+#include <utility>
 
 namespace raybundle {
 namespace {
@@ -19,13 +22,13 @@ using linalg::index;
 constexpr double least_forcing = 1e-12;
 
 // The inexact step of [Qu18, Alg. 4, 7]: conjugate gradients, within a trust region or not, on the
-// (reduced) system, whose matrix is never formed. In the scaled unknowns x~ = D x the matrix is
+// (reduced) system, whose matrix is formed or not. In the scaled unknowns x~ = D x the matrix is
 // D^-1 A D^-1 and the right side D^-1 b  [Qu18, Eq. 3.96-3.99]; the region bounds |x~|, which is
 // that of the unknowns solved for, since the others follow from them  [Qu18, Eq. 3.101].
 class PcgStep final : public StepSolver {
  public:
   PcgStep(const Options& options, Elimination elimination, const linalg::BlockLayout& layout,
-          linalg::ThreadPool& pool)
+          linalg::ThreadPool& pool, std::unique_ptr<linalg::ReducedSystem> system, double matrix_memory)
       : elimination_(elimination),
         block_region_(layout, eliminated_side(elimination)),
         preconditioner_kind_(*options.preconditioner),
@@ -33,7 +36,8 @@ class PcgStep final : public StepSolver {
         max_iterations_(*options.max_inner_iterations),
         layout_(layout),
         pool_(pool),
-        system_(make_reduced_system(layout, eliminated_side(elimination), pool)),
+        matrix_memory_(matrix_memory),
+        system_(std::move(system)),
         pcg_(system_->size(), pool),
         b_(index(system_->size())),
         x_(index(system_->size())) {
@@ -64,11 +68,15 @@ class PcgStep final : public StepSolver {
     return report;
   }
 
-  Linear linear() const override { return Linear::implicit_pcg; }
+  Linear linear() const override {
+    return matrix_memory_ > 0 ? Linear::explicit_pcg : Linear::implicit_pcg;
+  }
+  double matrix_memory() const override { return matrix_memory_; }
   std::string description() const override {
-    std::string text = "conjugate gradients on the implicit system of order " +
-                       std::to_string(system_->size()) + ", preconditioner " +
-                       name(preconditioner_kind_);
+    std::string text = std::string("conjugate gradients on the ") +
+                       (matrix_memory_ > 0 ? "explicit" : "implicit") +
+                       " system of order " + std::to_string(system_->size()) +
+                       ", preconditioner " + name(preconditioner_kind_);
     if (coarse_) text += " with " + std::to_string(coarse_->clusters()) + " clusters";
     return text;
   }
@@ -183,6 +191,7 @@ class PcgStep final : public StepSolver {
   int max_iterations_;
   const linalg::BlockLayout& layout_;
   linalg::ThreadPool& pool_;
+  double matrix_memory_;  // bytes; 0: products are with the Jacobian
   std::unique_ptr<linalg::ReducedSystem> system_;
   linalg::Pcg pcg_;
   linalg::Preconditioner preconditioner_;
@@ -225,7 +234,28 @@ double pcg_step_memory(const Options& options, Elimination elimination,
 std::unique_ptr<StepSolver> make_pcg_step(const Options& options, Elimination elimination,
                                           const linalg::BlockLayout& layout,
                                           linalg::ThreadPool& pool) {
-  return std::make_unique<PcgStep>(options, elimination, layout, pool);
+  auto system = make_reduced_system(layout, eliminated_side(elimination), pool);
+  if (options.linear == Linear::explicit_pcg) {
+    return make_explicit_pcg_step(options, elimination, layout, pool, system->pattern());
+  }
+  return std::make_unique<PcgStep>(options, elimination, layout, pool, std::move(system), 0);
+}
+
+std::unique_ptr<StepSolver> make_explicit_pcg_step(const Options& options, Elimination elimination,
+                                                   const linalg::BlockLayout& layout,
+                                                   linalg::ThreadPool& pool,
+                                                   linalg::SymmetricPattern pattern) {
+  const double memory = linalg::ExplicitSystem::memory(pattern);
+  if (memory > options.memory_limit) {
+    throw linalg::MemoryRefusal("a matrix of order " + std::to_string(pattern.order()) + " needs " +
+                                linalg::memory_text(memory) + ", and beside all else " +
+                                linalg::memory_text(std::max(0.0, options.memory_limit)) +
+                                " are left");
+  }
+  auto system = make_reduced_system(layout, eliminated_side(elimination), pool);
+  auto formed =
+      std::make_unique<linalg::ExplicitSystem>(std::move(system), std::move(pattern), pool);
+  return std::make_unique<PcgStep>(options, elimination, layout, pool, std::move(formed), memory);
 }
 
 }  // namespace raybundle

@@ -72,6 +72,22 @@ struct IterationRecord {
   double seconds = 0;     ///< since the start of the solve
 };
 
+/// A way to solve the linear systems, as predicted from sizes: work in multiplications.
+struct LinearCandidate {
+  Linear linear = Linear::dense_cholesky;
+  double work = 0;           ///< of a step beside its inner iterations
+  double inner_work = 0;     ///< of an inner iteration
+  double memory = 0;         ///< bytes of matrix and factor
+  bool lower_bound = false;  ///< the sparsity of the matrix was not asked for: no need
+  bool fits = true;          ///< into memory
+};
+
+/// What `auto` chose from, by so many inner iterations; empty where nothing was left to choose.
+struct LinearChoice {
+  std::vector<LinearCandidate> candidates;
+  int inner_iterations = 0;
+};
+
 /// Seconds by phase.
 struct Timing {
   double total = 0;
@@ -99,6 +115,7 @@ struct [[nodiscard]] Summary {
   Timing seconds;
   int widened_at = -1;  ///< iteration after which rows of J went from single to double precision
   std::string linear_solver;  ///< what solved the linear systems, in words
+  LinearChoice linear_choice;
   std::vector<IterationRecord> iterations;
 
   bool usable() const { return outcome(termination) != Outcome::failed; }

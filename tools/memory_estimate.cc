@@ -1,13 +1,15 @@
 #include <raybundle/tools/memory_estimate.h>
 
 #include <raybundle/linalg/dense_cholesky.h>
+#include <raybundle/linalg/explicit_system.h>
 #include <raybundle/linalg/ordering.h>
 #include <raybundle/linalg/schur_complement.h>
-#include <raybundle/linalg/sparse_cholesky.h>
+#include <raybundle/linalg/supernodal_cholesky.h>
 #include <raybundle/models/objective.h>
-#include <raybundle/solver/step.h>
+#include <raybundle/solver/automatic_choice.h>
 #include <raybundle/solver/working_memory.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace raybundle::tools {
@@ -30,11 +32,6 @@ class Estimator {
         program + problem_memory(problem_) + working_memory(problem_, options) + matrix;
     found.push_back({method, points, elimination, linear, bytes, upper_bound});
   }
-  void add(Method method, const linalg::CholeskyPlan& plan) {
-    const bool dense = plan.storage == linalg::SymmetricBlocks::Storage::dense;
-    add(method, Elimination::points, dense ? Linear::dense_cholesky : Linear::sparse_cholesky,
-        plan.memory);
-  }
 
   std::vector<MemoryEstimate> found;
 
@@ -44,7 +41,18 @@ class Estimator {
 };
 
 double sparse_memory(const linalg::SymmetricPattern& pattern) {
-  return linalg::SparseCholesky::memory(pattern, linalg::find_ordering(pattern));
+  return linalg::SupernodalCholesky::memory(
+      pattern, linalg::find_supernodes(pattern, linalg::find_ordering(pattern).permutation),
+      linalg::available_threads());
+}
+
+/// What `auto` starts with.
+LinearCandidate first_choice(const linalg::BlockLayout& layout, linalg::ThreadPool& pool) {
+  AutomaticChoice choice(layout, pool, linalg::available_memory());
+  const Linear first = choice.decide({}, true);
+  const auto& candidates = choice.forecast().candidates();
+  return *std::find_if(candidates.begin(), candidates.end(),
+                       [&](const LinearCandidate& each) { return each.linear == first; });
 }
 
 }  // namespace
@@ -61,11 +69,8 @@ MemoryEstimates estimate_memory(const Problem& problem, Lens lens) {
   result.reduced.fill = static_cast<double>(reduced.column.size()) / (cameras * (cameras + 1) / 2);
 
   Estimator estimator(problem, lens);
-  if (const auto plan = first_automatic_plan(layout)) {
-    estimator.add(Method::automatic, *plan);
-  } else {
-    estimator.add(Method::automatic, E::points, Linear::implicit_pcg, 0);
-  }
+  const LinearCandidate automatic = first_choice(layout, pool);
+  estimator.add(Method::automatic, E::points, automatic.linear, automatic.memory);
   const double dense = linalg::DenseCholesky::memory(reduced.order());
   const double sparse = sparse_memory(reduced);
   estimator.add(Method::lm_cholesky, E::points, Linear::dense_cholesky, dense);
@@ -77,6 +82,8 @@ MemoryEstimates estimate_memory(const Problem& problem, Lens lens) {
   for (const E elimination : {E::points, E::none, E::cameras}) {
     estimator.add(Method::tnm, elimination, Linear::implicit_pcg, 0);
   }
+  estimator.add(Method::tnm, E::points, Linear::explicit_pcg,
+                linalg::ExplicitSystem::memory(reduced));
   estimator.add(Method::dinm, E::points, Linear::implicit_pcg, 0);
   estimator.add(Method::adinm, std::nullopt, Linear::implicit_pcg, 0);
   // The pattern is that of coordinates: anchors are among the observers of their point.

@@ -110,6 +110,20 @@ Json seconds_json(const SolveRecord& record) {
           {"write", record.write_seconds}};
 }
 
+Json choice_json(const LinearChoice& choice) {
+  if (choice.candidates.empty()) return {};
+  Json candidates = Json::array();
+  for (const LinearCandidate& each : choice.candidates) {
+    candidates.push_back({{"linear", name(each.linear)},
+                          {"work", each.work + choice.inner_iterations * each.inner_work},
+                          {"work_of_inner_iteration", each.inner_work},
+                          {"memory_bytes", each.lower_bound ? Json() : Json(each.memory)},
+                          {"lower_bound", each.lower_bound},
+                          {"fits", each.fits}});
+  }
+  return {{"inner_iterations", choice.inner_iterations}, {"candidates", std::move(candidates)}};
+}
+
 Json summary_json(const SolveRecord& record) {
   const Summary& summary = record.summary;
   const int iterations = static_cast<int>(summary.iterations.size()) - 1;  // 0 is the start
@@ -130,6 +144,7 @@ Json summary_json(const SolveRecord& record) {
                {"regularised", summary.regularised},
                {"linear_solver", summary.linear_solver},
                {"widened_at", summary.widened_at},
+               {"linear_choice", choice_json(summary.linear_choice)},
                {"seconds", seconds_json(record)},
                {"peak_rss_bytes", peak_memory()},
                {"threads", summary.threads}};

@@ -41,6 +41,25 @@ void add_result(const SolveRecord& record, Table& table) {
   table.add("ended", summary.message);
 }
 
+/// What each way to a step was predicted to take, in units of the one that was taken.
+std::string choice_text(const Summary& summary) {
+  const LinearChoice& choice = summary.linear_choice;
+  const auto work = [&](const LinearCandidate& each) {
+    return each.work + choice.inner_iterations * each.inner_work;
+  };
+  double taken = 0;
+  for (const LinearCandidate& each : choice.candidates) {
+    if (each.linear == summary.options.linear) taken = work(each);
+  }
+  std::string text;
+  for (const LinearCandidate& each : choice.candidates) {
+    text += format("%s%s %s%.3g", text.empty() ? "" : ", ", name(each.linear),
+                   each.lower_bound ? "at least " : "", work(each) / taken);
+    if (!each.fits) text += " (" + bytes_text(each.memory) + " do not fit)";
+  }
+  return text + format(", with %d inner iterations", choice.inner_iterations);
+}
+
 void add_work(const SolveRecord& record, Table& table) {
   const Summary& summary = record.summary;
   const int iterations = static_cast<int>(summary.iterations.size()) - 1;
@@ -54,6 +73,9 @@ void add_work(const SolveRecord& record, Table& table) {
   const auto& elimination = summary.options.elimination;
   table.add("eliminated", elimination ? name(*elimination) : "points or cameras, by condition");
   table.add("linear solver", summary.linear_solver);
+  if (!summary.linear_choice.candidates.empty()) {
+    table.add("predicted work", choice_text(summary));
+  }
   if (summary.widened_at >= 0) {
     table.add("precision", "rows of the Jacobian in double from iteration " +
                                std::to_string(summary.widened_at) + " on");

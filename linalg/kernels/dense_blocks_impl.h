@@ -191,5 +191,38 @@ bool factor_block(double* c, const double* a, const double* b, Index depth,
   return positive;
 }
 
+/// The same for the number of vectors a strip has.
+RAYBUNDLE_INLINE void update_block(int vectors, double* c, const double* a, const double* b,
+                                   Index depth) {
+  if (vectors == 3) {
+    update_block<3>(c, a, b, depth);
+  } else if (vectors == 2) {
+    update_block<2>(c, a, b, depth);
+  } else {
+    update_block<1>(c, a, b, depth);
+  }
+}
+
+RAYBUNDLE_INLINE void solve_block(int vectors, double* c, const double* a, const double* b,
+                                  Index depth, const double* triangle, const double* inverse) {
+  if (vectors == 3) {
+    solve_block<3>(c, a, b, depth, triangle, inverse);
+  } else if (vectors == 2) {
+    solve_block<2>(c, a, b, depth, triangle, inverse);
+  } else {
+    solve_block<1>(c, a, b, depth, triangle, inverse);
+  }
+}
+
+RAYBUNDLE_INLINE bool factor_block(int vectors, double* c, const double* a, const double* b,
+                                   Index depth, double* inverse, const double* threshold) {
+  constexpr int least = step / lanes;
+  if constexpr (strip_vectors == 3) {
+    if (vectors == 3) return factor_block<3>(c, a, b, depth, inverse, threshold);
+  }
+  if (vectors == 2) return factor_block<2>(c, a, b, depth, inverse, threshold);
+  return factor_block<least>(c, a, b, depth, inverse, threshold);
+}
+
 }  // namespace
 }  // namespace raybundle::linalg

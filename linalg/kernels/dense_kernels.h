@@ -32,6 +32,13 @@ struct PackedTriangle {
   const double* threshold;   ///< the pivot of column k must exceed this; same length
 };
 
+/// Rows below a packed triangle, of the same columns: strips like those above, each `columns` long
+/// (the triangle's order rounded up to `step`). Rows and columns that stand for nothing are zero.
+struct PackedRows {
+  std::int64_t columns;
+  double* values;  ///< 64-byte aligned
+};
+
 /// The functions and the layout constants of one instruction set.
 struct DenseKernels {
   InstructionSet set;
@@ -54,6 +61,24 @@ struct DenseKernels {
   /// Factorises the diagonal tile after subtracting the products of columns from strip `from` on.
   /// False when a pivot does not exceed its threshold or is not finite.
   bool (*factor)(const PackedTriangle& L, StripRange diagonal, std::int64_t from);
+
+  /// Of the rows R below a factorised triangle L: strips `rows` of R <- R L^-T.
+  void (*solve_rows)(const PackedTriangle& L, const PackedRows& R, StripRange rows);
+  /// tile(rows, columns) of C -= R(rows, :) R(columns, :)^T; of tiles on the diagonal the lower
+  /// triangle.
+  void (*subtract_squares)(const PackedTriangle& C, const PackedRows& R, StripRange rows,
+                           StripRange columns);
+  /// x <- L^-1 x and then y <- -R x; y has `strips` whole strips, x those of L.
+  void (*forward_rows)(const PackedTriangle& L, const PackedRows& R, std::int64_t strips, double* x,
+                       double* y);
+  /// x <- L^-T (x - R^T y).
+  void (*backward_rows)(const PackedTriangle& L, const PackedRows& R, std::int64_t strips,
+                        double* x, const double* y);
+
+  /// For the rows of a block, `size` x n with `stride` between them: sums += A x and y = A^T own.
+  void (*multiply_both_ways)(std::int64_t size, std::int64_t n, const double* A,
+                             std::int64_t stride, const double* own, const double* x, double* sums,
+                             double* y);
 
   /// b <- L^-1 b and b <- L^-T b with L (n x n) in the lower triangle of A, column-major.
   void (*forward)(std::int64_t n, const double* A, std::int64_t ld, double* b);

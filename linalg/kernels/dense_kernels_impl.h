@@ -8,42 +8,11 @@
 
 #include <raybundle/linalg/kernels/dense_blocks_impl.h>
 #include <raybundle/linalg/kernels/dense_kernels.h>
+#include <raybundle/linalg/kernels/dense_rows_impl.h>
+#include <raybundle/linalg/kernels/symmetric_rows_impl.h>
 
 namespace raybundle::linalg {
 namespace {
-
-/// These call the block kernel for the number of vectors a strip has.
-RAYBUNDLE_INLINE void update_rows(int vectors, double* c, const double* a, const double* b,
-                                  Index depth) {
-  if (vectors == 3) {
-    update_block<3>(c, a, b, depth);
-  } else if (vectors == 2) {
-    update_block<2>(c, a, b, depth);
-  } else {
-    update_block<1>(c, a, b, depth);
-  }
-}
-
-RAYBUNDLE_INLINE void solve_rows(int vectors, double* c, const double* a, const double* b,
-                                 Index depth, const double* triangle, const double* inverse) {
-  if (vectors == 3) {
-    solve_block<3>(c, a, b, depth, triangle, inverse);
-  } else if (vectors == 2) {
-    solve_block<2>(c, a, b, depth, triangle, inverse);
-  } else {
-    solve_block<1>(c, a, b, depth, triangle, inverse);
-  }
-}
-
-RAYBUNDLE_INLINE bool factor_rows(int vectors, double* c, const double* a, const double* b,
-                                  Index depth, double* inverse, const double* threshold) {
-  constexpr int least = step / lanes;
-  if constexpr (strip_vectors == 3) {
-    if (vectors == 3) return factor_block<3>(c, a, b, depth, inverse, threshold);
-  }
-  if (vectors == 2) return factor_block<2>(c, a, b, depth, inverse, threshold);
-  return factor_block<least>(c, a, b, depth, inverse, threshold);
-}
 
 /// The columns of strip q right of its first `from` strips, as operand of a product.
 RAYBUNDLE_INLINE double* strip_from(const PackedTriangle& L, Index q, Index from) {
@@ -125,9 +94,9 @@ void update(const PackedTriangle& L, StripRange rows, StripRange columns, StripR
       const double* const b = strip_from(L, q, inner.begin) + j;
       for (Index p = larger(rows.begin, q); p < rows.end; ++p) {
         const Index skipped = p == q ? j : 0;  // rows above the diagonal
-        update_rows(vectors_in(L, p) - static_cast<int>(skipped) / lanes,
-                    strip_begin(L, p) + (q * strip + j) * strip + skipped,
-                    strip_from(L, p, inner.begin) + skipped, b, depth);
+        update_block(vectors_in(L, p) - static_cast<int>(skipped) / lanes,
+                     strip_begin(L, p) + (q * strip + j) * strip + skipped,
+                     strip_from(L, p, inner.begin) + skipped, b, depth);
       }
     }
   }
@@ -140,9 +109,9 @@ void solve(const PackedTriangle& L, StripRange rows, StripRange columns, Index f
     for (Index q = columns.begin; q < columns.end; ++q) {
       for (Index j = 0; j < strip; j += step) {
         const Index column = q * strip + j;
-        solve_rows(vectors_in(L, p), strip_values + column * strip, a, strip_from(L, q, from) + j,
-                   column - from * strip, strip_begin(L, q) + column * strip + j,
-                   L.inverse_diagonal + column);
+        solve_block(vectors_in(L, p), strip_values + column * strip, a, strip_from(L, q, from) + j,
+                    column - from * strip, strip_begin(L, q) + column * strip + j,
+                    L.inverse_diagonal + column);
       }
     }
   }
@@ -154,9 +123,9 @@ bool factor(const PackedTriangle& L, StripRange diagonal, Index from) {
     const double* const a = strip_from(L, p, from);
     for (Index j = 0; j < columns_in(L, p); j += step) {
       const Index column = p * strip + j;
-      if (!factor_rows(vectors_in(L, p) - static_cast<int>(j) / lanes,
-                       strip_begin(L, p) + column * strip + j, a + j, a + j, column - from * strip,
-                       L.inverse_diagonal + column, L.threshold + column)) {
+      if (!factor_block(vectors_in(L, p) - static_cast<int>(j) / lanes,
+                        strip_begin(L, p) + column * strip + j, a + j, a + j, column - from * strip,
+                        L.inverse_diagonal + column, L.threshold + column)) {
         return false;
       }
     }
@@ -228,8 +197,21 @@ void backward(Index n, const double* A, Index ld, double* b) {
   }
 }
 
-constexpr DenseKernels kernels{instructions, strip, step,   pack,    unpack,
-                               update,       solve, factor, forward, backward};
+constexpr DenseKernels kernels{instructions,
+                               strip,
+                               step,
+                               pack,
+                               unpack,
+                               update,
+                               solve,
+                               factor,
+                               solve_rows,
+                               subtract_squares,
+                               forward_rows,
+                               backward_rows,
+                               multiply_both_ways,
+                               forward,
+                               backward};
 
 }  // namespace
 }  // namespace raybundle::linalg

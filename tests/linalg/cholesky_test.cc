@@ -3,11 +3,11 @@
 #include <raybundle/linalg/cholesky.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <random>
 #include <string>
 #include <tuple>
@@ -18,8 +18,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include <raybundle/linalg/cholmod_cholesky.h>
+#include <raybundle/linalg/memory.h>
 #include <raybundle/linalg/ordering.h>
-#include <raybundle/linalg/sparse_cholesky.h>
 #include <raybundle/tests/support/block_system.h>
 
 namespace raybundle::linalg {
@@ -27,7 +28,8 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Storage = Cholesky::Storage;
+using Kind = CholeskyKind;
+using Storage = SymmetricBlocks::Storage;
 using Edges = std::vector<std::pair<std::int32_t, std::int32_t>>;  // (a, b), a < b, sorted
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -125,16 +127,16 @@ std::vector<Case> cases() {
           {"Arrow", pattern_of({3, 9, 3, 3, 6}, {{0, 4}, {1, 4}, {2, 4}, {3, 4}})}};
 }
 
-class CholeskyOf : public ::testing::TestWithParam<std::tuple<Case, Storage>> {
+class CholeskyOf : public ::testing::TestWithParam<std::tuple<Case, Kind>> {
  protected:
   const SymmetricPattern& pattern() const { return std::get<0>(GetParam()).pattern; }
   ThreadPool pool_{2};
   std::unique_ptr<Cholesky> cholesky_ =
-      Cholesky::make(plan_cholesky(pattern(), std::get<1>(GetParam())), pool_);
+      Cholesky::make(plan_cholesky(pattern(), 2, std::get<1>(GetParam())), pool_);
 };
 
 TEST_P(CholeskyOf, SolvesAgainAndAgain) {
-  EXPECT_EQ(cholesky_->matrix().storage(), std::get<1>(GetParam()));
+  EXPECT_EQ(cholesky_->kind(), std::get<1>(GetParam()));
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const MatrixXd A = random_spd(pattern(), seed);
     test::write_dense(A, cholesky_->matrix());
@@ -200,56 +202,71 @@ TEST_P(CholeskyOf, UnitsDoNotMatter) {
   EXPECT_LE((A * (s.asDiagonal() * x) - b).norm(), 1e-11 * b.norm());
 }
 
+constexpr std::array kinds = {Kind::dense, Kind::sparse, Kind::cholmod};
+constexpr std::array kind_names = {"Dense", "Sparse", "Cholmod"};
+
 INSTANTIATE_TEST_SUITE_P(Patterns, CholeskyOf,
                          ::testing::Combine(::testing::ValuesIn(cases()),
-                                            ::testing::Values(Storage::dense, Storage::sparse)),
+                                            ::testing::ValuesIn(kinds)),
                          [](const auto& test) {
-                           const bool dense = std::get<1>(test.param) == Storage::dense;
-                           return std::get<0>(test.param).name + (dense ? "Dense" : "Sparse");
+                           const auto kind = static_cast<std::size_t>(std::get<1>(test.param));
+                           return std::get<0>(test.param).name + kind_names[kind];
                          });
 
 // A matrix whose last unknown says nothing new: exactly singular, up to rounding.
-TEST(Cholesky, RefusesSingularMatricesInBothStorages) {
+TEST(Cholesky, RefusesSingularMatricesOfEveryKind) {
   const SymmetricPattern pattern = pattern_of(std::vector<int>(20, 6), chain(20, 20));
-  int refused[2] = {0, 0};
+  std::array<int, kinds.size()> refused = {};
   constexpr int trials = 20;
   for (int trial = 0; trial < trials; ++trial) {
     std::mt19937_64 random(static_cast<std::uint64_t>(trial));
     MatrixXd B = MatrixXd::NullaryExpr(140, 120, [&] { return test::uniform(random); });
     B.col(119) = B.col(3) - 0.5 * B.col(60);
     ThreadPool pool(1);
-    for (const Storage storage : {Storage::dense, Storage::sparse}) {
-      const auto cholesky = Cholesky::make(plan_cholesky(pattern, storage), pool);
+    for (std::size_t k = 0; k < kinds.size(); ++k) {
+      const auto cholesky = Cholesky::make(plan_cholesky(pattern, 1, kinds[k]), pool);
       test::write_dense(B.transpose() * B, cholesky->matrix());
-      if (!cholesky->factor()) ++refused[storage == Storage::dense ? 0 : 1];
+      if (!cholesky->factor()) ++refused[k];
     }
   }
-  EXPECT_EQ(refused[0], trials) << "dense";
-  EXPECT_EQ(refused[1], trials) << "sparse";
+  for (std::size_t k = 0; k < kinds.size(); ++k) EXPECT_EQ(refused[k], trials) << kind_names[k];
 }
 
-TEST(Cholesky, ChoosesTheStorage) {
-  ThreadPool pool(1);
-  const auto storage = [&](const SymmetricPattern& pattern) {
-    const auto cholesky = Cholesky::make(plan_cholesky(pattern), pool);
-    return cholesky->matrix().storage();
-  };
-  EXPECT_EQ(storage(pattern_of(std::vector<int>(20, 9), chain(20, 1))), Storage::dense)
+TEST(Cholesky, ChoosesDenseOrSparse) {
+  const auto kind = [](const SymmetricPattern& pattern) { return plan_cholesky(pattern, 1).kind; };
+  EXPECT_EQ(kind(pattern_of(std::vector<int>(20, 9), chain(20, 1))), Kind::dense)
       << "small: not worth an analysis";
-  EXPECT_EQ(storage(pattern_of(std::vector<int>(100, 9), chain(100, 100))), Storage::dense)
-      << "full";
-  EXPECT_EQ(storage(pattern_of(std::vector<int>(400, 9), chain(400, 2))), Storage::sparse)
+  EXPECT_EQ(kind(pattern_of(std::vector<int>(100, 9), chain(100, 100))), Kind::dense) << "full";
+  EXPECT_EQ(kind(pattern_of(std::vector<int>(400, 9), chain(400, 2))), Kind::sparse)
       << "a long chain";
+}
+
+TEST(Cholesky, RefusesWhatDoesNotFitAndSaysHowMuchItWouldTake) {
+  ThreadPool pool(1);
+  for (const Kind kind : kinds) {
+    CholeskyPlan plan = plan_cholesky(pattern_of({9}, {}), 1, kind);
+    plan.memory = 1e18;
+    try {
+      static_cast<void>(Cholesky::make(std::move(plan), pool));
+      ADD_FAILURE() << "not refused";
+    } catch (const MemoryRefusal& refusal) {
+      const std::string text = refusal.what();
+      EXPECT_NE(text.find("931322574.6 GiB"), std::string::npos) << text;
+      EXPECT_NE(text.find("factorisation of order 9"), std::string::npos) << text;
+    }
+  }
 }
 
 TEST(Cholesky, DescriptionsNameTheWay) {
   ThreadPool pool(1);
   const SymmetricPattern pattern = pattern_of(std::vector<int>(10, 9), chain(10, 1));
-  const auto describe = [&](Storage storage) {
-    return Cholesky::make(plan_cholesky(pattern, storage), pool)->description();
+  const auto describe = [&](Kind kind) {
+    return Cholesky::make(plan_cholesky(pattern, 1, kind), pool)->description();
   };
-  EXPECT_NE(describe(Storage::dense).find("dense Cholesky of order 90"), std::string::npos);
-  EXPECT_NE(describe(Storage::sparse).find("sparse Cholesky of order 90"), std::string::npos);
+  EXPECT_NE(describe(Kind::dense).find("dense Cholesky of order 90"), std::string::npos);
+  EXPECT_NE(describe(Kind::sparse).find("sparse Cholesky of order 90"), std::string::npos);
+  EXPECT_EQ(describe(Kind::sparse).find("CHOLMOD"), std::string::npos);
+  EXPECT_NE(describe(Kind::cholmod).find("CHOLMOD"), std::string::npos);
 }
 
 // A chain has no fill under minimum degree, a large grid has less under nested dissection.
@@ -279,9 +296,9 @@ TEST(Ordering, PredictsTheWorkOfAFullMatrix) {
   EXPECT_NEAR(full.nonzeros, n * n / 2, 0.1 * n * n / 2);
 }
 
-TEST(SparseCholesky, SolvesUnderNestedDissection) {
+TEST(CholmodCholesky, SolvesUnderNestedDissection) {
   const SymmetricPattern plane = pattern_of(std::vector<int>(60 * 60, 3), grid(60));
-  SparseCholesky cholesky(plane, find_ordering(plane));
+  CholmodCholesky cholesky(plane, find_ordering(plane));
   SymmetricBlocks A(plane, Storage::sparse);
   std::mt19937_64 random(9);
   for (std::int64_t a = 0; a < plane.blocks(); ++a) {

@@ -53,7 +53,8 @@ TEST(FirstStep, OfTheThreeEliminationsAgrees) {
       const double mu = damping == DiagonalMatrix::diag_h ? 1e-2 : 1;
       std::vector<VectorXd> ends;
       for (const Elimination elimination : eliminations) {
-        for (const Linear linear : {Linear::dense_cholesky, Linear::sparse_cholesky}) {
+        for (const Linear linear :
+             {Linear::dense_cholesky, Linear::sparse_cholesky, Linear::cholmod}) {
           Problem problem = problem_to_solve();
           const Summary summary = solve(problem, {.elimination = elimination,
                                                   .linear = linear,

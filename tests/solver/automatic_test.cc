@@ -3,10 +3,12 @@
 #include <raybundle/solver/solve.h>
 
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include <raybundle/linalg/block_layout.h>
+#include <raybundle/linalg/reduced_pattern.h>
 #include <raybundle/models/scenes/street.h>
 #include <raybundle/solver/linear_work.h>
 #include <raybundle/tests/support/small_problem.h>
@@ -21,11 +23,31 @@ Problem street(std::int64_t cameras, std::int64_t points) {
   return scenes::street({.seed = 4, .cameras = cameras, .points = points});
 }
 
+double work(const LinearChoice& choice, const LinearCandidate& candidate) {
+  return LinearForecast::work(candidate, choice.inner_iterations);
+}
+
+// What was taken is the least of all, bounds included.
+void expect_least(const Summary& summary) {
+  const LinearChoice& choice = summary.linear_choice;
+  ASSERT_EQ(choice.candidates.size(), 4U);
+  EXPECT_GT(choice.inner_iterations, 0);
+  for (const LinearCandidate& taken : choice.candidates) {
+    if (taken.linear != summary.options.linear) continue;
+    EXPECT_FALSE(taken.lower_bound);
+    for (const LinearCandidate& other : choice.candidates) {
+      EXPECT_LE(work(choice, taken), work(choice, other)) << name(other.linear);
+    }
+  }
+}
+
 TEST(Automatic, FactorisesWhereThatIsLittle) {
   Problem problem = few_cameras(), again = few_cameras();
   const Summary chosen = solve(problem, {});
   const Summary forced = solve(again, {.method = Method::lm_cholesky});
   EXPECT_EQ(chosen.options.linear, Linear::dense_cholesky);
+  expect_least(chosen);
+  EXPECT_TRUE(forced.linear_choice.candidates.empty()) << "nothing was left to choose";
   EXPECT_EQ(chosen.inner_iterations, 0);
   EXPECT_EQ(chosen.final_cost, forced.final_cost);
   EXPECT_EQ(problem.points, again.points);
@@ -38,6 +60,7 @@ TEST(Automatic, IteratesWhereManyCamerasSeeLittle) {
   const Summary chosen = solve(problem, {.max_iterations = 2});
   const Summary forced = solve(again, {.method = Method::tnm, .max_iterations = 2});
   EXPECT_EQ(chosen.options.linear, Linear::implicit_pcg);
+  expect_least(chosen);
   EXPECT_GT(chosen.inner_iterations, 0);
   EXPECT_EQ(chosen.final_cost, forced.final_cost);
 }
@@ -56,18 +79,50 @@ TEST(Automatic, GoesOverToFactorisingWhenTheInnerIterationsAreMany) {
   EXPECT_NEAR(summary.final_cost, expected, 1e-5 * expected);
 }
 
+// Ten leaves, each with the same hubs.
+linalg::BlockLayout same_observers(int observers) {
+  std::vector<std::int32_t> leaf, hub;
+  for (std::int32_t l = 0; l < 10; ++l) {
+    for (std::int32_t h = 0; h < observers; ++h) leaf.push_back(l), hub.push_back(h);
+  }
+  return linalg::make_layout({2, 9, 3}, 20, 10, leaf, hub);
+}
+
 TEST(LinearWork, GrowsWithRowsAndWithPairs) {
-  const auto layout = [](int observers) {
-    std::vector<std::int32_t> leaf, hub;
-    for (std::int32_t l = 0; l < 10; ++l) {
-      for (std::int32_t h = 0; h < observers; ++h) leaf.push_back(l), hub.push_back(h);
-    }
-    return linalg::make_layout({2, 9, 3}, 20, 10, leaf, hub);
-  };
-  const LinearWork two = linear_work(layout(2)), ten = linear_work(layout(10));
+  const LinearWork two = linear_work(same_observers(2)), ten = linear_work(same_observers(10));
   EXPECT_DOUBLE_EQ(ten.product, 5 * two.product);
-  EXPECT_DOUBLE_EQ(ten.preparation, 5 * two.preparation);
+  EXPECT_DOUBLE_EQ(ten.elimination, 5 * two.elimination);
+  EXPECT_DOUBLE_EQ(ten.preconditioner, 5 * two.preconditioner);
   EXPECT_DOUBLE_EQ(ten.assembly, 55.0 / 3 * two.assembly);
+}
+
+TEST(LinearForecast, BoundsHoldAndWhatDoesNotFitIsLeft) {
+  const linalg::BlockLayout layout = same_observers(10);
+  linalg::ThreadPool pool(1);
+  LinearForecast forecast(layout);
+  const std::vector<LinearCandidate> before = forecast.candidates();
+  linalg::CholeskyPlan plan = linalg::plan_cholesky(
+      linalg::reduced_pattern(layout, linalg::Side::leaves, pool), 1, linalg::CholeskyKind::sparse);
+  forecast.add(plan.pattern);
+  const LinearCandidate sparse = forecast.candidates()[1];
+  EXPECT_TRUE(sparse.lower_bound);
+  EXPECT_FALSE(forecast.candidates()[2].lower_bound);
+  forecast.add(plan);
+  EXPECT_LE(sparse.work, forecast.candidates()[1].work);
+  EXPECT_LE(sparse.memory, forecast.candidates()[1].memory);
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const LinearCandidate& after = forecast.candidates()[k];
+    EXPECT_EQ(before[k].lower_bound, after.linear != Linear::implicit_pcg);
+    EXPECT_FALSE(after.lower_bound);
+    for (const int inner : {0, 1, 100}) {
+      EXPECT_GE(LinearForecast::work(after, inner), LinearForecast::work(before[k], inner));
+    }
+  }
+  EXPECT_FALSE(iterates(forecast.best(1000000).linear)) << "its work does not grow";
+  plan.sparse_memory = 1e18;
+  forecast.add(plan);
+  EXPECT_NE(forecast.best(1000000).linear, Linear::sparse_cholesky);
+  EXPECT_FALSE(forecast.candidates()[1].fits);
 }
 
 }  // namespace

@@ -80,18 +80,21 @@ Options cholesky(Elimination elimination, Linear linear, int iterations) {
 }
 
 std::vector<Variant> variants() {
-  return {{cholesky(Elimination::points, Linear::dense_cholesky, 8), "CholeskyPointsDense"},
-          {cholesky(Elimination::points, Linear::sparse_cholesky, 8), "CholeskyPointsSparse"},
-          {cholesky(Elimination::none, Linear::sparse_cholesky, 3), "CholeskyNoneSparse"},
-          {cholesky(Elimination::cameras, Linear::dense_cholesky, 2), "CholeskyCamerasDense"},
-          {tnm(Elimination::points), "PcgPoints"},
-          {tnm(Elimination::none), "PcgNone"},
-          {tnm(Elimination::cameras), "PcgCameras"},
-          {{.method = Method::inm, .max_iterations = 8}, "Inm"},
-          {{.method = Method::adinm, .max_iterations = 8}, "Adinm"},
-          {{.method = Method::irls, .max_iterations = 12}, "Irls"},
-          {{.method = Method::dinm, .max_iterations = 8, .forcing_rule = ForcingRule::nash_sofer},
-           "DinmNashSofer"}};
+  return {
+      {cholesky(Elimination::points, Linear::dense_cholesky, 8), "CholeskyPointsDense"},
+      {cholesky(Elimination::points, Linear::sparse_cholesky, 8), "CholeskyPointsSparse"},
+      {cholesky(Elimination::points, Linear::cholmod, 8), "CholeskyPointsCholmod"},
+      {cholesky(Elimination::none, Linear::sparse_cholesky, 3), "CholeskyNoneSparse"},
+      {cholesky(Elimination::cameras, Linear::dense_cholesky, 2), "CholeskyCamerasDense"},
+      {tnm(Elimination::points), "PcgPoints"},
+      {{.method = Method::tnm, .linear = Linear::explicit_pcg, .max_iterations = 6}, "PcgExplicit"},
+      {tnm(Elimination::none), "PcgNone"},
+      {tnm(Elimination::cameras), "PcgCameras"},
+      {{.method = Method::inm, .max_iterations = 8}, "Inm"},
+      {{.method = Method::adinm, .max_iterations = 8}, "Adinm"},
+      {{.method = Method::irls, .max_iterations = 12}, "Irls"},
+      {{.method = Method::dinm, .max_iterations = 8, .forcing_rule = ForcingRule::nash_sofer},
+       "DinmNashSofer"}};
 }
 
 class Determinism : public ::testing::TestWithParam<Variant> {};

@@ -65,6 +65,8 @@ TEST(OptionNames, CountsReachTheLastValue) {
   EXPECT_EQ(static_cast<int>(Method::irls) + 1, enum_count<Method>);
   EXPECT_EQ(static_cast<int>(Elimination::cameras) + 1, enum_count<Elimination>);
   EXPECT_EQ(static_cast<int>(Linear::implicit_pcg) + 1, enum_count<Linear>);
+  EXPECT_FALSE(iterates(Linear::cholmod));
+  EXPECT_TRUE(iterates(Linear::explicit_pcg) && iterates(Linear::implicit_pcg));
   EXPECT_EQ(static_cast<int>(Preconditioner::adaptive) + 1, enum_count<Preconditioner>);
   EXPECT_EQ(static_cast<int>(DiagonalMatrix::diag_h) + 1, enum_count<DiagonalMatrix>);
   EXPECT_EQ(static_cast<int>(PoseUpdate::se3) + 1, enum_count<PoseUpdate>);

@@ -188,7 +188,12 @@ TEST(Resolve, RefusesWhatHasNoEffect) {
   }
   EXPECT_NE(message_of({.method = Method::lm_cholesky, .linear = Linear::implicit_pcg}), "");
   EXPECT_NE(message_of({.method = Method::tnm, .linear = Linear::dense_cholesky}), "");
-  EXPECT_NE(message_of({.method = Method::tnm, .linear = Linear::sparse_cholesky}), "");
+  EXPECT_NE(message_of({.method = Method::lm_cholesky, .linear = Linear::explicit_pcg}), "");
+  for (const Linear exact : {Linear::sparse_cholesky, Linear::cholmod}) {
+    EXPECT_NE(message_of({.method = Method::tnm, .linear = exact}), "");
+  }
+  EXPECT_EQ(message_of({.method = Method::dinm, .linear = Linear::explicit_pcg}), "");
+  EXPECT_NE(message_of({.method = Method::adinm, .linear = Linear::explicit_pcg}), "");
   for (const auto schur : {Preconditioner::diag_s, Preconditioner::block_diag_s}) {
     EXPECT_NE(
         message_of(
@@ -218,7 +223,9 @@ TEST(Resolve, AutoBecomesTheMethodThatHasWhatIsAskedFor) {
   EXPECT_EQ(method({.preconditioner = Preconditioner::b}), Method::tnm);
   EXPECT_EQ(method({.scaling = DiagonalMatrix::inc}), Method::tnm);
   EXPECT_EQ(method({.max_inner_iterations = 5}), Method::tnm);
+  EXPECT_EQ(method({.linear = Linear::explicit_pcg}), Method::tnm);
   EXPECT_EQ(method({.linear = Linear::sparse_cholesky}), Method::lm_cholesky);
+  EXPECT_EQ(method({.linear = Linear::cholmod}), Method::lm_cholesky);
   EXPECT_EQ(method({.elimination = Elimination::none}), Method::lm_cholesky);
   EXPECT_EQ(method({.elimination = Elimination::points}), Method::automatic);
   EXPECT_EQ(method({.damping_matrix = DiagonalMatrix::identity}), Method::automatic);

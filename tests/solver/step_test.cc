@@ -59,7 +59,8 @@ TEST(CholeskyStep, IsTheDenseSolution) {
         const DenseStep dense(at, damping, 1e-2);
         const VectorXd expected = dense.step();
         for (const Elimination elimination : eliminations) {
-          for (const Linear linear : {Linear::dense_cholesky, Linear::sparse_cholesky}) {
+          for (const Linear linear :
+               {Linear::dense_cholesky, Linear::sparse_cholesky, Linear::cholmod}) {
             StepFixture fixture(at, {.elimination = elimination, .linear = linear});
             const auto result = fixture.solve(dense.damping);
             ASSERT_TRUE(result.report.solved);
@@ -155,7 +156,7 @@ TEST(CholeskyStep, SaysWhenTheMatrixCannotBeFactorised) {
   // is indefinite for certain.
   DenseObjective at(problems()[0], PoseUpdate::local, Lens::free);
   const DenseStep dense(at, DiagonalMatrix::diag_h, -0.5);
-  for (const Linear linear : {Linear::dense_cholesky, Linear::sparse_cholesky}) {
+  for (const Linear linear : {Linear::dense_cholesky, Linear::sparse_cholesky, Linear::cholmod}) {
     for (const Elimination elimination : eliminations) {
       StepFixture fixture(at, {.elimination = elimination, .linear = linear});
       EXPECT_FALSE(fixture.solve(dense.damping).report.solved) << name(elimination);
@@ -204,7 +205,7 @@ TEST(Step, HugeFocalLengthsCostNoAccuracy) {
   const DenseStep dense(at, DiagonalMatrix::diag_h, 1e-3);
   const VectorXd expected = dense.step();
   for (const Elimination elimination : eliminations) {
-    for (const Linear linear : {Linear::dense_cholesky, Linear::sparse_cholesky}) {
+    for (const Linear linear : {Linear::dense_cholesky, Linear::sparse_cholesky, Linear::cholmod}) {
       StepFixture fixture(at, {.elimination = elimination, .linear = linear});
       const auto result = fixture.solve(dense.damping);
       ASSERT_TRUE(result.report.solved);

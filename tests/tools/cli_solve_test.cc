@@ -93,6 +93,15 @@ TEST_F(SolveCommand, LogHasItsKeysAndTypes) {
   EXPECT_TRUE(log["options"]["time-limit"].is_null());  // none
   EXPECT_TRUE(log["options"]["min-radius"].is_null());  // does not apply
 
+  const json& choice = log["summary"]["linear_choice"];
+  EXPECT_EQ(choice["inner_iterations"], 10);
+  ASSERT_EQ(choice["candidates"].size(), 4U);
+  EXPECT_EQ(choice["candidates"][0]["linear"], "dense-cholesky");
+  EXPECT_EQ(choice["candidates"][0]["lower_bound"], false);
+  for (const char* key : {"work", "work_of_inner_iteration", "memory_bytes"}) {
+    EXPECT_TRUE(choice["candidates"][0].at(key).is_number()) << key;
+  }
+
   const json& iterations = log["iterations"];
   ASSERT_GT(iterations.size(), 2U);
   for (const json& each : iterations) {

@@ -9,14 +9,14 @@
 namespace raybundle::linalg {
 
 /// Supernodal Cholesky by CHOLMOD [Chen08] with 64-bit indices; analysed once, factorised often.
-class SparseCholesky {
+class CholmodCholesky {
  public:
   /// `pattern` outlives this. Throws std::bad_alloc, before the factor is allocated where its
   /// exact size is known to be too large.
-  SparseCholesky(const SymmetricPattern& pattern, const Ordering& ordering);
-  ~SparseCholesky();
-  SparseCholesky(const SparseCholesky&) = delete;
-  SparseCholesky& operator=(const SparseCholesky&) = delete;
+  CholmodCholesky(const SymmetricPattern& pattern, const Ordering& ordering);
+  ~CholmodCholesky();
+  CholmodCholesky(const CholmodCholesky&) = delete;
+  CholmodCholesky& operator=(const CholmodCholesky&) = delete;
 
   /// Bytes that matrix, analysis and factor take, as predicted.
   static double memory(const SymmetricPattern& pattern, const Ordering& ordering);

@@ -1,4 +1,4 @@
-#include <raybundle/linalg/sparse_cholesky.h>
+#include <raybundle/linalg/cholmod_cholesky.h>
 
 #include <raybundle/linalg/blas_threads.h>
 #include <raybundle/linalg/cholmod_session.h>
@@ -26,7 +26,7 @@ std::vector<std::int64_t> scalar_permutation(const SymmetricPattern& pattern,
 
 }  // namespace
 
-struct SparseCholesky::Cholmod {
+struct CholmodCholesky::Cholmod {
   explicit Cholmod(const SymmetricPattern& block_pattern) : pattern(block_pattern) {}
   ~Cholmod() {
     cholmod_l_free_dense(&solution, &session.common);
@@ -55,7 +55,7 @@ struct SparseCholesky::Cholmod {
 
 // A scalar row of a block row is a column of the lower triangle; the diagonal block is stored
 // whole, and CHOLMOD ignores what lies above the diagonal.
-void SparseCholesky::Cholmod::fill_scalar_pattern() {
+void CholmodCholesky::Cholmod::fill_scalar_pattern() {
   begin.assign(1, 0);
   row.reserve(index(pattern.scalar_nonzeros()));
   for (std::int64_t a = 0; a < pattern.blocks(); ++a) {
@@ -72,7 +72,7 @@ void SparseCholesky::Cholmod::fill_scalar_pattern() {
   }
 }
 
-SparseCholesky::SparseCholesky(const SymmetricPattern& pattern, const Ordering& ordering)
+CholmodCholesky::CholmodCholesky(const SymmetricPattern& pattern, const Ordering& ordering)
     : cholmod_(std::make_unique<Cholmod>(pattern)) {
   Cholmod& c = *cholmod_;
   c.fill_scalar_pattern();
@@ -86,9 +86,9 @@ SparseCholesky::SparseCholesky(const SymmetricPattern& pattern, const Ordering& 
                  "the factor of a sparse matrix of order " + std::to_string(pattern.order()));
 }
 
-SparseCholesky::~SparseCholesky() = default;
+CholmodCholesky::~CholmodCholesky() = default;
 
-double SparseCholesky::memory(const SymmetricPattern& pattern, const Ordering& ordering) {
+double CholmodCholesky::memory(const SymmetricPattern& pattern, const Ordering& ordering) {
   // Values, row indices, and the permuted copies that CHOLMOD analyses and factors (as measured);
   // supernodes store the upper part of their diagonal blocks and some explicit zeros.
   constexpr double per_entry = 51;
@@ -98,7 +98,7 @@ double SparseCholesky::memory(const SymmetricPattern& pattern, const Ordering& o
          supernode_overhead * 8 * ordering.nonzeros;
 }
 
-bool SparseCholesky::factor(const SymmetricBlocks& A) {
+bool CholmodCholesky::factor(const SymmetricBlocks& A) {
   Cholmod& c = *cholmod_;
   const SingleThreadedBlas guard;
   cholmod_sparse matrix =
@@ -109,7 +109,7 @@ bool SparseCholesky::factor(const SymmetricBlocks& A) {
 }
 
 // CHOLMOD itself refuses only pivots that are not positive.
-bool SparseCholesky::pivots_are_sound(const SymmetricBlocks& A) const {
+bool CholmodCholesky::pivots_are_sound(const SymmetricBlocks& A) const {
   const Cholmod& c = *cholmod_;
   const auto* super = static_cast<const SuiteSparse_long*>(c.L->super);
   const auto* row_begin = static_cast<const SuiteSparse_long*>(c.L->pi);
@@ -129,7 +129,7 @@ bool SparseCholesky::pivots_are_sound(const SymmetricBlocks& A) const {
   return true;
 }
 
-void SparseCholesky::solve(double* x) {
+void CholmodCholesky::solve(double* x) {
   Cholmod& c = *cholmod_;
   const SingleThreadedBlas guard;
   const std::size_t order = index(c.pattern.order());
