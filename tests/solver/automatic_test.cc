@@ -43,7 +43,7 @@ TEST(Automatic, IteratesWhereManyCamerasSeeLittle) {
 }
 
 TEST(Automatic, GoesOverToFactorisingWhenTheInnerIterationsAreMany) {
-  Problem problem = street(100, 1500);
+  Problem problem = street(60, 900);
   const Summary summary = solve(problem, {});
   EXPECT_EQ(outcome(summary.termination), Outcome::converged) << summary.message;
   ASSERT_GT(summary.iterations.size(), 3U);
@@ -51,9 +51,17 @@ TEST(Automatic, GoesOverToFactorisingWhenTheInnerIterationsAreMany) {
   EXPECT_EQ(summary.iterations.back().inner_iterations, 0);
   EXPECT_EQ(summary.options.linear, Linear::dense_cholesky);
   EXPECT_NE(summary.linear_solver.find(", then "), std::string::npos) << summary.linear_solver;
-  Problem again = street(100, 1500);
+  Problem again = street(60, 900);
   const double expected = solve(again, {.method = Method::lm_cholesky}).final_cost;
   EXPECT_NEAR(summary.final_cost, expected, 1e-5 * expected);
+}
+
+TEST(Automatic, TakesTwoLevelsWhereFactorisingIsMoreWork) {
+  Problem problem = street(150, 2250);
+  const Summary summary = solve(problem, {});
+  EXPECT_EQ(outcome(summary.termination), Outcome::converged) << summary.message;
+  EXPECT_EQ(summary.options.linear, Linear::implicit_pcg);
+  EXPECT_NE(summary.linear_solver.find("clusters"), std::string::npos) << summary.linear_solver;
 }
 
 TEST(LinearWork, GrowsWithRowsAndWithPairs) {
@@ -68,6 +76,7 @@ TEST(LinearWork, GrowsWithRowsAndWithPairs) {
   EXPECT_DOUBLE_EQ(ten.product, 5 * two.product);
   EXPECT_DOUBLE_EQ(ten.preparation, 5 * two.preparation);
   EXPECT_DOUBLE_EQ(ten.assembly, 55.0 / 3 * two.assembly);
+  EXPECT_DOUBLE_EQ(ten.coarse, 5 * two.coarse);
 }
 
 }  // namespace
