@@ -73,7 +73,7 @@ void CoarseSpace::choose_clusters() {
   for (std::int64_t size = smallest;; size *= 2) {
     HubClusters clusters = cluster_hubs(layout_, size);
     SymmetricPattern pattern = cluster_pattern(layout_, clusters, basis_.most_clusters);
-    CholeskyPlan plan = plan_cholesky(pattern);
+    CholeskyPlan plan = plan_cholesky(pattern, pool_.threads());
     if (plan.work > most_work && clusters.count > 1) continue;
     basis_.cluster = std::move(clusters.of_hub);
     basis_.pattern = std::move(pattern);
@@ -112,7 +112,7 @@ bool CoarseSpace::build(ReducedSystem& system, const Linearization& at,
 // What no row feels stays.
 void CoarseSpace::take_modes(const Linearization& at) {
   std::copy_n(at.hub_modes, basis_.P.size(), basis_.P.begin());
-  at.normal->diagonal(0, std::numeric_limits<double>::max(), feels_.data());
+  at.normal->diagonal(0, std::numeric_limits<double>::max(), feels_.data(), pool_);
   for (std::int64_t i = 0; i < layout_.size(Side::hubs); ++i) {
     if (!(feels_[index(i)] > 0)) std::fill_n(basis_.P.data() + i * modes_, modes_, 0.0);
   }

@@ -66,7 +66,7 @@ TEST(Automatic, IteratesWhereManyCamerasSeeLittle) {
 }
 
 TEST(Automatic, GoesOverToFactorisingWhenTheInnerIterationsAreMany) {
-  Problem problem = street(100, 1500);
+  Problem problem = street(60, 900);
   const Summary summary = solve(problem, {});
   EXPECT_EQ(outcome(summary.termination), Outcome::converged) << summary.message;
   ASSERT_GT(summary.iterations.size(), 3U);
@@ -74,7 +74,7 @@ TEST(Automatic, GoesOverToFactorisingWhenTheInnerIterationsAreMany) {
   EXPECT_EQ(summary.iterations.back().inner_iterations, 0);
   EXPECT_EQ(summary.options.linear, Linear::dense_cholesky);
   EXPECT_NE(summary.linear_solver.find(", then "), std::string::npos) << summary.linear_solver;
-  Problem again = street(100, 1500);
+  Problem again = street(60, 900);
   const double expected = solve(again, {.method = Method::lm_cholesky}).final_cost;
   EXPECT_NEAR(summary.final_cost, expected, 1e-5 * expected);
 }
@@ -88,12 +88,21 @@ linalg::BlockLayout same_observers(int observers) {
   return linalg::make_layout({2, 9, 3}, 20, 10, leaf, hub);
 }
 
+TEST(Automatic, TakesTwoLevelsWhereFactorisingIsMoreWork) {
+  Problem problem = street(150, 2250);
+  const Summary summary = solve(problem, {});
+  EXPECT_EQ(outcome(summary.termination), Outcome::converged) << summary.message;
+  EXPECT_EQ(summary.options.linear, Linear::implicit_pcg);
+  EXPECT_NE(summary.linear_solver.find("clusters"), std::string::npos) << summary.linear_solver;
+}
+
 TEST(LinearWork, GrowsWithRowsAndWithPairs) {
   const LinearWork two = linear_work(same_observers(2)), ten = linear_work(same_observers(10));
   EXPECT_DOUBLE_EQ(ten.product, 5 * two.product);
   EXPECT_DOUBLE_EQ(ten.elimination, 5 * two.elimination);
   EXPECT_DOUBLE_EQ(ten.preconditioner, 5 * two.preconditioner);
   EXPECT_DOUBLE_EQ(ten.assembly, 55.0 / 3 * two.assembly);
+  EXPECT_DOUBLE_EQ(ten.coarse, 5 * two.coarse);
 }
 
 TEST(LinearForecast, BoundsHoldAndWhatDoesNotFitIsLeft) {
