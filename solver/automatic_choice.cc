@@ -17,8 +17,8 @@ bool AutomaticChoice::is_worth_learning(InnerIterations expected, bool first) co
   const LinearCandidate& best = forecast_.best(expected);
   if (refused_ || !best.lower_bound) return false;
   const double extra = first ? 0 : forecast_.planning();
-  const double iterating = forecast_.work(forecast_.candidates().back(), expected);
-  return forecast_.work(best, expected) + extra < iterating;
+  const LinearCandidate& without = forecast_.candidates().back();
+  return best.work_with(expected) + extra < without.work_with(expected);
 }
 
 // First the sparsity of the matrix, then what it takes to factorise it.

@@ -58,10 +58,12 @@ LinearForecast::LinearForecast(const linalg::BlockLayout& layout, double memory_
                  {.linear = Linear::explicit_pcg,
                   .work = formed(),
                   .inner_work = product,
+                  .coarse_work = work_.coarse,
                   .lower_bound = true},
                  {.linear = Linear::implicit_pcg,
                   .work = work_.elimination + work_.preconditioner,
-                  .inner_work = work_.product}};
+                  .inner_work = work_.product,
+                  .coarse_work = work_.coarse}};
   candidate(Linear::dense_cholesky).work += linalg::front_work(order, 0);
 }
 
@@ -101,17 +103,11 @@ void LinearForecast::see_what_fits() {
   for (LinearCandidate& each : candidates_) each.fits = each.memory <= left;
 }
 
-double LinearForecast::work(const LinearCandidate& candidate, InnerIterations expected) const {
-  if (!iterates(candidate.linear)) return candidate.work;
-  return candidate.work + expected.count * candidate.inner_work +
-         (expected.two_level ? work_.coarse : 0);
-}
-
 const LinearCandidate& LinearForecast::best(InnerIterations expected) const {
   return *std::min_element(candidates_.begin(), candidates_.end(),
                            [&](const LinearCandidate& a, const LinearCandidate& b) {
                              if (a.fits != b.fits) return a.fits;
-                             return work(a, expected) < work(b, expected);
+                             return a.work_with(expected) < b.work_with(expected);
                            });
 }
 

@@ -19,11 +19,6 @@ struct LinearWork {
 /// Of a layout whose leaves are eliminated.
 LinearWork linear_work(const linalg::BlockLayout& layout);
 
-/// What iterating is expected to take.
-struct InnerIterations {
-  int count = 10;          ///< of a first step
-  bool two_level = false;  ///< with a coarse space
-};
 /// In the step after one of so many: as many again, or, where Preconditioner::adaptive goes over to
 /// two levels then, as many as steps with these mostly take.
 InnerIterations expected_after(int inner_iterations, bool two_level);
@@ -40,8 +35,6 @@ class LinearForecast {
   void add(const linalg::SymmetricPattern& pattern);
   void add(const linalg::CholeskyPlan& plan);
 
-  /// The work of a step.
-  double work(const LinearCandidate& candidate, InnerIterations expected) const;
   /// The least of those that fit.
   const LinearCandidate& best(InnerIterations expected) const;
   /// What it takes to learn the sparsity and to analyse it, once.

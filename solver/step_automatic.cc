@@ -33,7 +33,7 @@ class AutomaticStep final : public StepSolver {
   double matrix_memory() const override { return solver_->matrix_memory(); }
   std::string description() const override { return before_ + solver_->description(); }
   LinearChoice choice() const override {
-    return {choice_.forecast().candidates(), decided_for_.count};
+    return {choice_.forecast().candidates(), decided_for_};
   }
 
  private:

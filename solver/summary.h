@@ -72,20 +72,31 @@ struct IterationRecord {
   double seconds = 0;     ///< since the start of the solve
 };
 
+/// What iterating in one step takes, or is expected to.
+struct InnerIterations {
+  int count = 10;          ///< of a first step
+  bool two_level = false;  ///< with a coarse space
+};
+
 /// A way to solve the linear systems, as predicted from sizes: work in multiplications.
 struct LinearCandidate {
   Linear linear = Linear::dense_cholesky;
   double work = 0;           ///< of a step beside its inner iterations
   double inner_work = 0;     ///< of an inner iteration
+  double coarse_work = 0;    ///< of a coarse space for them
   double memory = 0;         ///< bytes of matrix and factor
   bool lower_bound = false;  ///< the sparsity of the matrix was not asked for: no need
   bool fits = true;          ///< into memory
+
+  double work_with(InnerIterations expected) const {
+    return work + expected.count * inner_work + (expected.two_level ? coarse_work : 0);
+  }
 };
 
-/// What `auto` chose from, by so many inner iterations; empty where nothing was left to choose.
+/// What `auto` chose from, and what it expected; empty where nothing was left to choose.
 struct LinearChoice {
   std::vector<LinearCandidate> candidates;
-  int inner_iterations = 0;
+  InnerIterations expected;
 };
 
 /// Seconds by phase.

@@ -115,13 +115,15 @@ Json choice_json(const LinearChoice& choice) {
   Json candidates = Json::array();
   for (const LinearCandidate& each : choice.candidates) {
     candidates.push_back({{"linear", name(each.linear)},
-                          {"work", each.work + choice.inner_iterations * each.inner_work},
+                          {"work", each.work_with(choice.expected)},
                           {"work_of_inner_iteration", each.inner_work},
                           {"memory_bytes", each.lower_bound ? Json() : Json(each.memory)},
                           {"lower_bound", each.lower_bound},
                           {"fits", each.fits}});
   }
-  return {{"inner_iterations", choice.inner_iterations}, {"candidates", std::move(candidates)}};
+  return {{"inner_iterations", choice.expected.count},
+          {"two_level", choice.expected.two_level},
+          {"candidates", std::move(candidates)}};
 }
 
 Json summary_json(const SolveRecord& record) {

@@ -44,9 +44,7 @@ void add_result(const SolveRecord& record, Table& table) {
 /// What each way to a step was predicted to take, in units of the one that was taken.
 std::string choice_text(const Summary& summary) {
   const LinearChoice& choice = summary.linear_choice;
-  const auto work = [&](const LinearCandidate& each) {
-    return each.work + choice.inner_iterations * each.inner_work;
-  };
+  const auto work = [&](const LinearCandidate& each) { return each.work_with(choice.expected); };
   double taken = 0;
   for (const LinearCandidate& each : choice.candidates) {
     if (each.linear == summary.options.linear) taken = work(each);
@@ -57,7 +55,7 @@ std::string choice_text(const Summary& summary) {
                    each.lower_bound ? "at least " : "", work(each) / taken);
     if (!each.fits) text += " (" + bytes_text(each.memory) + " do not fit)";
   }
-  return text + format(", with %d inner iterations", choice.inner_iterations);
+  return text + format(", with %d inner iterations", choice.expected.count);
 }
 
 void add_work(const SolveRecord& record, Table& table) {

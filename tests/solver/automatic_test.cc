@@ -24,14 +24,14 @@ Problem street(std::int64_t cameras, std::int64_t points) {
 }
 
 double work(const LinearChoice& choice, const LinearCandidate& candidate) {
-  return LinearForecast::work(candidate, choice.inner_iterations);
+  return candidate.work_with(choice.expected);
 }
 
 // What was taken is the least of all, bounds included.
 void expect_least(const Summary& summary) {
   const LinearChoice& choice = summary.linear_choice;
   ASSERT_EQ(choice.candidates.size(), 4U);
-  EXPECT_GT(choice.inner_iterations, 0);
+  EXPECT_GT(choice.expected.count, 0);
   for (const LinearCandidate& taken : choice.candidates) {
     if (taken.linear != summary.options.linear) continue;
     EXPECT_FALSE(taken.lower_bound);
@@ -108,7 +108,7 @@ TEST(LinearWork, GrowsWithRowsAndWithPairs) {
 TEST(LinearForecast, BoundsHoldAndWhatDoesNotFitIsLeft) {
   const linalg::BlockLayout layout = same_observers(10);
   linalg::ThreadPool pool(1);
-  LinearForecast forecast(layout);
+  LinearForecast forecast(layout, 1e17);
   const std::vector<LinearCandidate> before = forecast.candidates();
   linalg::CholeskyPlan plan = linalg::plan_cholesky(
       linalg::reduced_pattern(layout, linalg::Side::leaves, pool), 1, linalg::CholeskyKind::sparse);
@@ -124,13 +124,13 @@ TEST(LinearForecast, BoundsHoldAndWhatDoesNotFitIsLeft) {
     EXPECT_EQ(before[k].lower_bound, after.linear != Linear::implicit_pcg);
     EXPECT_FALSE(after.lower_bound);
     for (const int inner : {0, 1, 100}) {
-      EXPECT_GE(LinearForecast::work(after, inner), LinearForecast::work(before[k], inner));
+      EXPECT_GE(after.work_with({inner}), before[k].work_with({inner}));
     }
   }
-  EXPECT_FALSE(iterates(forecast.best(1000000).linear)) << "its work does not grow";
+  EXPECT_FALSE(iterates(forecast.best({1000000}).linear)) << "its work does not grow";
   plan.sparse_memory = 1e18;
   forecast.add(plan);
-  EXPECT_NE(forecast.best(1000000).linear, Linear::sparse_cholesky);
+  EXPECT_NE(forecast.best({1000000}).linear, Linear::sparse_cholesky);
   EXPECT_FALSE(forecast.candidates()[1].fits);
 }
 

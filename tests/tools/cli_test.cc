@@ -204,7 +204,7 @@ TEST_F(WithScene, InfoSaysTheSameInTextAndJson) {
   EXPECT_EQ(json["points"], 400);
   EXPECT_EQ(json["observations"], scene_.observation_count());
   EXPECT_EQ(json["components"], 1);
-  EXPECT_EQ(json["memory"].size(), 12U);
+  EXPECT_EQ(json["memory"].size(), 13U);
   for (const auto& each : json["memory"]) EXPECT_GT(each["bytes"], 1e6) << each;
   EXPECT_FALSE(json["advice"].empty());
   // A street: some points lie straight ahead, and angles are advised for them.
