@@ -1,8 +1,8 @@
 // Numbers of several observations side by side, one in each lane of a vector register, and how they
-// get there from rows of numbers in memory and back. A gather instruction fetches one number at a
-// time on the processors we know; whole loads and a transposition in registers take a third of the
-// time. Included by the kernel units only; the compiler's vectors are lowered to whatever the unit
-// is compiled for (linalg/kernels/row.h has those of the linear algebra).
+// get there from rows of numbers in memory and back: by whole loads and stores and a transposition
+// in registers, since gather instructions fetch one number at a time (docs/decisions.md). Included
+// by the kernel units only; the compiler's vectors are lowered to whatever the unit is compiled for
+// (linalg/kernels/row.h has those of the linear algebra).
 
 #pragma once
 

@@ -90,7 +90,6 @@ struct ShortOutput {
     copy_rows<R * 3>(J_leaf, begin, out.J_leaf, first);
   }
 
- private:
   template <int numbers>
   static void copy_rows(const double* from, Index begin, double* to, Index first) {
     if (to == nullptr) return;
