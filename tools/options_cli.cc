@@ -61,8 +61,11 @@ std::string kind() {
 /// A size with its unit, as a plain number of bytes.
 std::string bytes(const OptionInfo& info, const std::string& given) {
   std::string plain = given;
-  const std::string error = CLI::AsSizeValue(true)(plain);
-  if (error.empty()) return plain;
+  try {
+    if (CLI::AsSizeValue(true)(plain).empty()) return plain;
+  } catch (const CLI::ValidationError&) {
+    // said below, with the option's name
+  }
   throw OptionError("--" + std::string(info.name) + ": '" + given +
                     "' is not a size such as 4GB or 500MB");
 }
