@@ -121,7 +121,7 @@ void add_solver_options(CLI::App& parser, Options& options) {
       parser
           .add_option_function<std::string>(
               flag, [&field, info](const std::string& given) { assign(field, info, given); }, help)
-          ->type_name(kind<Value>() + (is_optional ? "|auto" : ""))
+          ->type_name((info.bytes ? "SIZE" : kind<Value>()) + (is_optional ? "|auto" : ""))
           ->group("Solver options");
     }
   });
