@@ -61,8 +61,11 @@ std::string kind() {
 /// A size with its unit, as a plain number of bytes.
 std::string bytes(const OptionInfo& info, const std::string& given) {
   std::string plain = given;
-  const std::string error = CLI::AsSizeValue(true)(plain);
-  if (error.empty()) return plain;
+  try {
+    if (CLI::AsSizeValue(true)(plain).empty()) return plain;
+  } catch (const CLI::ValidationError&) {
+    // said below, with the option's name
+  }
   throw OptionError("--" + std::string(info.name) + ": '" + given +
                     "' is not a size such as 4GB or 500MB");
 }
@@ -118,7 +121,7 @@ void add_solver_options(CLI::App& parser, Options& options) {
       parser
           .add_option_function<std::string>(
               flag, [&field, info](const std::string& given) { assign(field, info, given); }, help)
-          ->type_name(kind<Value>() + (is_optional ? "|auto" : ""))
+          ->type_name((info.bytes ? "SIZE" : kind<Value>()) + (is_optional ? "|auto" : ""))
           ->group("Solver options");
     }
   });
