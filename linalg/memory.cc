@@ -1,5 +1,6 @@
 #include <raybundle/linalg/memory.h>
 
+#include <algorithm>
 #include <fstream>
 #include <limits>
 
@@ -37,6 +38,12 @@ void require_memory(double bytes, const std::string& what) {
   if (bytes <= available) return;
   throw MemoryRefusal(what + " needs " + memory_text(bytes) + ", and " + memory_text(available) +
                       " are available");
+}
+
+void require_memory(double bytes, double left, const std::string& what) {
+  if (bytes <= left) return;
+  throw MemoryRefusal(what + " needs " + memory_text(bytes) + ", and beside all else " +
+                      memory_text(std::max(0.0, left)) + " are left");
 }
 
 }  // namespace raybundle::linalg

@@ -28,5 +28,7 @@ std::string memory_text(double bytes);
 
 /// Throws MemoryRefusal when `bytes` are more than is available; `what` names their purpose.
 void require_memory(double bytes, const std::string& what);
+/// The same of `left`, which is what all else leaves.
+void require_memory(double bytes, double left, const std::string& what);
 
 }  // namespace raybundle::linalg

@@ -3,7 +3,6 @@
 #include <raybundle/linalg/reduced_pattern.h>
 #include <raybundle/solver/step.h>
 
-#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -75,12 +74,9 @@ std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
                                           : make_reduced_system(layout, side, pool)->pattern();
   linalg::CholeskyPlan plan =
       linalg::plan_cholesky(std::move(pattern), pool.threads(), kind(options.linear));
-  if (plan.memory > options.memory_limit) {
-    throw linalg::MemoryRefusal(
-        "factorising a matrix of order " + std::to_string(plan.pattern.order()) + " needs " +
-        linalg::memory_text(plan.memory) + ", and beside all else " +
-        linalg::memory_text(std::max(0.0, options.memory_limit)) + " are left");
-  }
+  linalg::require_memory(
+      plan.memory, options.memory_limit,
+      "factorising a matrix of order " + std::to_string(plan.pattern.order()));
   return make_cholesky_step(options, layout, pool, std::move(plan));
 }
 

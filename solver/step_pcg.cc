@@ -1,5 +1,6 @@
 #include <raybundle/linalg/coarse_space.h>
 #include <raybundle/linalg/explicit_system.h>
+#include <raybundle/linalg/memory.h>
 #include <raybundle/linalg/pcg.h>
 #include <raybundle/linalg/preconditioner.h>
 #include <raybundle/linalg/vector.h>
@@ -246,12 +247,8 @@ std::unique_ptr<StepSolver> make_explicit_pcg_step(const Options& options, Elimi
                                                    linalg::ThreadPool& pool,
                                                    linalg::SymmetricPattern pattern) {
   const double memory = linalg::ExplicitSystem::memory(pattern);
-  if (memory > options.memory_limit) {
-    throw linalg::MemoryRefusal("a matrix of order " + std::to_string(pattern.order()) + " needs " +
-                                linalg::memory_text(memory) + ", and beside all else " +
-                                linalg::memory_text(std::max(0.0, options.memory_limit)) +
-                                " are left");
-  }
+  linalg::require_memory(memory, options.memory_limit,
+                         "a matrix of order " + std::to_string(pattern.order()));
   auto system = make_reduced_system(layout, eliminated_side(elimination), pool);
   auto formed =
       std::make_unique<linalg::ExplicitSystem>(std::move(system), std::move(pattern), pool);

@@ -2,6 +2,7 @@
 
 #include <raybundle/linalg/dense_cholesky.h>
 #include <raybundle/linalg/explicit_system.h>
+#include <raybundle/linalg/memory.h>
 #include <raybundle/linalg/ordering.h>
 #include <raybundle/linalg/schur_complement.h>
 #include <raybundle/linalg/supernodal_cholesky.h>
