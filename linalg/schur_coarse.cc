@@ -7,7 +7,7 @@
 namespace raybundle::linalg {
 
 const double* SchurComplement::coarse_matrix(const CoarseBasis& basis) {
-  if (kernels().coarse_products == nullptr) return ReducedSystem::coarse_matrix(basis);
+  if (eliminated_ == Side::hubs) return ReducedSystem::coarse_matrix(basis);
   const std::int64_t modes = coarse_modes(layout_.hub_size);
   const auto clusters = index(basis.pattern.blocks());
   coarse_scratch_.place.assign(max_chunks * clusters, -1);

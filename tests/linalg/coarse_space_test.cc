@@ -200,7 +200,7 @@ TEST(CoarseSpace, WhatNoRowFeelsDoesNotMove) {
 
 TEST(CoarseSpace, HasTheSameBitsForAnyNumberOfThreads) {
   const BlockSystemOptions options = {
-      .seed = 9, .anchored = true, .hubs = 40, .leaves = 2000, .rows_per_leaf = 4};
+      .seed = 9, .anchored = true, .hubs = 40, .leaves = 400, .rows_per_leaf = 4};
   Fixture one(options, 1), three(options, 3);
   ASSERT_TRUE(one.build());
   ASSERT_TRUE(three.build());

@@ -38,6 +38,7 @@ class DenseObjective {
   linalg::ThreadPool& pool() { return pool_; }
   const State& state() const { return state_; }
   const linalg::BlockJacobian& blocks() const { return J_; }
+  const linalg::NormalEquations& normal() const { return normal_; }
   /// Whether all rows are the same to the last bit.
   bool same_rows(const DenseObjective& other) const {
     for (std::int64_t row = 0; row < J_.layout().rows; ++row) {

@@ -94,10 +94,8 @@ class StepFixture {
   StepFixture(DenseObjective& at, const Options& options)
       : at_(at),
         options_(resolve(options)),
-        normal_(at.objective().layout()),
         solver_(make_step_solver(options_, at.objective().layout(), at.pool())) {
     const linalg::BlockLayout& layout = at.objective().layout();
-    normal_.form(at.blocks(), at.residual().data(), at.pool());
     modes_.resize(
         linalg::index(layout.size(linalg::Side::hubs) * linalg::coarse_modes(layout.hub_size)));
     camera_modes(at.objective().formulation().pose_update, at.state().cameras, layout.hub_size,
@@ -115,7 +113,7 @@ class StepFixture {
     linalg::LargeVector<double> inverse;
     const DiagonalMatrix scaling = options_.scaling.value_or(DiagonalMatrix::identity);
     if (scaling != DiagonalMatrix::identity) {
-      fill_diagonal(scaling, increments(options_), options_.points, normal_, inverse,
+      fill_diagonal(scaling, increments(options_), options_.points, at_.normal(), inverse,
                     at_.pool());
       for (double& d : inverse) d = 1 / std::sqrt(d);
     }
@@ -124,7 +122,7 @@ class StepFixture {
     const Forcing forcing(options_.forcing_rule.value_or(ForcingRule::thesis),
                           options_.forcing.value_or(0));
     const StepRequest request = {
-        .at = {&at_.blocks(), &normal_, at_.residual().data(), modes_.data()},
+        .at = {&at_.blocks(), &at_.normal(), modes_.data()},
         .relinearised = relinearised,
         .damping = damping.data(),
         .inverse_scaling = inverse.empty() ? nullptr : inverse.data(),
@@ -140,7 +138,6 @@ class StepFixture {
  private:
   DenseObjective& at_;
   Options options_;
-  linalg::NormalEquations normal_;
   std::vector<double> modes_;
   std::unique_ptr<StepSolver> solver_;
 };
