@@ -1,4 +1,4 @@
-// How fast BAL text is read and written, on one core:
+// How fast BAL text is read and written, by all cores (taskset gives fewer):
 //   bench_read_speed [--copies N] FILE
 // With --copies, FILE is repeated N times side by side into one larger valid problem, in a
 // temporary file that keeps the spelling of every number, and that one is read.

@@ -30,8 +30,8 @@ struct MemoryEstimates {
   std::vector<MemoryEstimate> methods;
 };
 
-/// With the points as coordinates, and for dogleg by parallax. Works out the sparsity of the reduced system and its
-/// factor, hence takes memory itself, but less than a solve.
+/// With the points as coordinates, and for dogleg by parallax. Works out the sparsity of the
+/// reduced system and its factor, hence takes memory itself, but less than a solve.
 MemoryEstimates estimate_memory(const Problem& problem, Lens lens);
 
 }  // namespace raybundle::tools

@@ -105,7 +105,7 @@ TEST_F(BalPieces, WhatIsMissingIsMissingAtTheEnd) {
     return text;
   };
   // So little text that the header cannot be true, then as much as it takes at least.
-  expect_error(cut(observations() / 4), 1, "no more than fits");
+  expect_error(cut(observations() / 20), 1, "no more than fits");
   const std::string padding(text_.size(), ' ');
   expect_error(cut(1 + observations() / 2) + padding, 1 + observations() / 2,
                "camera index of observation " + std::to_string(observations() / 2 + 1));
