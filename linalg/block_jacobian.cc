@@ -1,6 +1,5 @@
 #include <raybundle/linalg/block_jacobian.h>
 
-
 namespace raybundle::linalg {
 namespace {
 
@@ -40,8 +39,9 @@ std::int64_t BlockJacobian::place(Side side, std::int64_t row, int r, int k) con
 
 double BlockJacobian::at(Side side, std::int64_t row, int r, int k) const {
   const std::int64_t i = place(side, row, r, k);
-  return precision_ == Precision::single_precision ? double{static_cast<const float*>(blocks(side))[i]}
-                                                   : static_cast<const double*>(blocks(side))[i];
+  return precision_ == Precision::single_precision
+             ? double{static_cast<const float*>(blocks(side))[i]}
+             : static_cast<const double*>(blocks(side))[i];
 }
 
 void BlockJacobian::set(Side side, std::int64_t row, int r, int k, double value) {

@@ -100,7 +100,7 @@ void SchurComplement::factor() {
         for (; first < last; first += grain) {
           const std::int64_t end = std::min(last, first + grain);
           const std::int64_t count = kernels().factor(H, damping(eliminated_), pivot_tolerance,
-                                                     first, end, M_.data(), failed.data());
+                                                      first, end, M_.data(), failed.data());
           if (count == 0) continue;
           const std::lock_guard lock(mutex);
           deficient.insert(deficient.end(), failed.begin(), failed.begin() + count);

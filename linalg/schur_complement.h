@@ -69,20 +69,20 @@ class SchurComplement final : public ReducedSystem {
   Side eliminated_;
   Linearization at_ = {};
   const double* damping_ = nullptr;
-  LargeVector<double> M_;            // block by block
-  LargeVector<double> q_;            // block by block
-  LargeVector<double> W_;            // coupling by coupling; of anchored leaves, for assemble()
-  LargeVector<double> operand_;      // x of apply_to_hubs(), spread
-  LargeVector<double> rows_;         // scratch of apply_to_leaves(), one number per residual
-  HubSums product_sums_;             // of apply_to_hubs()
-  HubSums diagonal_sums_;            // of reduced_diagonal_of_hubs()
-  HubSums coarse_sums_;              // of coarse_matrix()
-  CoarseScratch coarse_scratch_;     // likewise
-  std::vector<double> hub_blocks_;   // of H, where hubs are eliminated
+  LargeVector<double> M_;           // block by block
+  LargeVector<double> q_;           // block by block
+  LargeVector<double> W_;           // coupling by coupling; of anchored leaves, for assemble()
+  LargeVector<double> operand_;     // x of apply_to_hubs(), spread
+  LargeVector<double> rows_;        // scratch of apply_to_leaves(), one number per residual
+  HubSums product_sums_;            // of apply_to_hubs()
+  HubSums diagonal_sums_;           // of reduced_diagonal_of_hubs()
+  HubSums coarse_sums_;             // of coarse_matrix()
+  CoarseScratch coarse_scratch_;    // likewise
+  std::vector<double> hub_blocks_;  // of H, where hubs are eliminated
   LargeVector<std::int32_t> hub_positions_;  // likewise
-  std::int64_t most_residuals_ = 0;  // of an eliminated block
-  LargeVector<double> scratch_;      // for the residuals of one, by piece of work
-  std::vector<std::int32_t> slot_;   // per piece of work: kept block -> slot in a block row
+  std::int64_t most_residuals_ = 0;          // of an eliminated block
+  LargeVector<double> scratch_;              // for the residuals of one, by piece of work
+  std::vector<std::int32_t> slot_;           // per piece of work: kept block -> slot in a block row
   std::int64_t deficient_blocks_ = 0;
 };
 

@@ -32,9 +32,7 @@ class AutomaticStep final : public StepSolver {
   Linear linear() const override { return solver_->linear(); }
   double matrix_memory() const override { return solver_->matrix_memory(); }
   std::string description() const override { return before_ + solver_->description(); }
-  LinearChoice choice() const override {
-    return {choice_.forecast().candidates(), decided_for_};
-  }
+  LinearChoice choice() const override { return {choice_.forecast().candidates(), decided_for_}; }
 
  private:
   void reconsider() {

@@ -74,9 +74,8 @@ std::unique_ptr<StepSolver> make_cholesky_step(const Options& options,
                                           : make_reduced_system(layout, side, pool)->pattern();
   linalg::CholeskyPlan plan =
       linalg::plan_cholesky(std::move(pattern), pool.threads(), kind(options.linear));
-  linalg::require_memory(
-      plan.memory, options.memory_limit,
-      "factorising a matrix of order " + std::to_string(plan.pattern.order()));
+  linalg::require_memory(plan.memory, options.memory_limit,
+                         "factorising a matrix of order " + std::to_string(plan.pattern.order()));
   return make_cholesky_step(options, layout, pool, std::move(plan));
 }
 

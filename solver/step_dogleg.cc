@@ -167,8 +167,7 @@ class DoglegStep final : public StepSolver {
 }  // namespace
 
 double dogleg_step_memory(const Options& options, const linalg::LayoutSize& n) {
-  return cholesky_step_memory(options, n) +
-         8 * 4 * static_cast<double>(n.unknowns());
+  return cholesky_step_memory(options, n) + 8 * 4 * static_cast<double>(n.unknowns());
 }
 
 std::unique_ptr<StepSolver> make_dogleg_step(const Options& options,

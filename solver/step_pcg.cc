@@ -29,7 +29,8 @@ constexpr double least_forcing = 1e-12;
 class PcgStep final : public StepSolver {
  public:
   PcgStep(const Options& options, Elimination elimination, const linalg::BlockLayout& layout,
-          linalg::ThreadPool& pool, std::unique_ptr<linalg::ReducedSystem> system, double matrix_memory)
+          linalg::ThreadPool& pool, std::unique_ptr<linalg::ReducedSystem> system,
+          double matrix_memory)
       : elimination_(elimination),
         block_region_(layout, eliminated_side(elimination)),
         preconditioner_kind_(*options.preconditioner),
@@ -75,9 +76,9 @@ class PcgStep final : public StepSolver {
   double matrix_memory() const override { return matrix_memory_; }
   std::string description() const override {
     std::string text = std::string("conjugate gradients on the ") +
-                       (matrix_memory_ > 0 ? "explicit" : "implicit") +
-                       " system of order " + std::to_string(system_->size()) +
-                       ", preconditioner " + name(preconditioner_kind_);
+                       (matrix_memory_ > 0 ? "explicit" : "implicit") + " system of order " +
+                       std::to_string(system_->size()) + ", preconditioner " +
+                       name(preconditioner_kind_);
     if (coarse_) text += " with " + std::to_string(coarse_->clusters()) + " clusters";
     return text;
   }
@@ -223,12 +224,13 @@ double pcg_step_memory(const Options& options, Elimination elimination,
   const MethodTraits& method = traits(options.method);
   const bool held = side && method.bounded && !method.damped;
   // Modes of hubs, as given and in the basis; the coarse matrix is small beside them.
-  const double modes =
-      has_coarse_space(options)
-          ? 2.0 * static_cast<double>(n.size(linalg::Side::hubs)) * linalg::coarse_modes(n.block.hub)
-          : 0;
+  const double modes = has_coarse_space(options)
+                           ? 2.0 * static_cast<double>(n.size(linalg::Side::hubs)) *
+                                 linalg::coarse_modes(n.block.hub)
+                           : 0;
   return reduced_system_memory(n, side, false) + linalg::Pcg::memory(size) +
-         8 * (modes + (has_blocks ? 2 * blocks : 0)) + 8 * (scaled ? 3 : 2) * static_cast<double>(size) +
+         8 * (modes + (has_blocks ? 2 * blocks : 0)) +
+         8 * (scaled ? 3 : 2) * static_cast<double>(size) +
          (held ? BlockRegion::memory(n, *side) : 0);
 }
 

@@ -353,8 +353,8 @@ bool TrustRegion::rounding_is_suspect(const std::optional<Termination>& verdict)
   const bool failed = verdict && outcome(*verdict) == Outcome::failed;
   if (!failed && (record_.iteration == 0 || report_.solved)) return false;
   const linalg::BlockLayout& layout = objective_.layout();
-  const double more = 4.0 * static_cast<double>(layout.residuals()) *
-                      (layout.hub_size + layout.leaf_size);
+  const double more =
+      4.0 * static_cast<double>(layout.residuals()) * (layout.hub_size + layout.leaf_size);
   return more < linalg::available_memory() &&
          more < summary_.options.memory_limit - linalg::resident_memory();
 }

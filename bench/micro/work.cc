@@ -18,7 +18,7 @@ namespace {
 struct Sizes {
   double rows, points, R, K, E;
   double J_hub, J_leaf, observed, of_camera, listed;  // bytes per row
-  double block, vector, begin;                    // bytes per point
+  double block, vector, begin;                        // bytes per point
 };
 
 Sizes sizes(const Workload& w) {
@@ -97,8 +97,7 @@ Work apply_work(const Workload& w) {
 // By point: rows, M and q; the right side comes with it.
 Work diagonal_work(const Workload& w) {
   const Sizes s = sizes(w);
-  return {s.rows * (s.J_hub + s.J_leaf + s.of_camera) +
-              s.points * (s.begin + s.block + s.vector),
+  return {s.rows * (s.J_hub + s.J_leaf + s.of_camera) + s.points * (s.begin + s.block + s.vector),
           s.rows * (product_flops(s) + left_flops(s) + 2 * s.R * (s.E + s.K))};
 }
 
@@ -116,9 +115,9 @@ Work assemble_work(const Workload& w) {
 // squares.
 Work expand_work(const Workload& w) {
   const Sizes s = sizes(w);
-  return {s.rows * (s.J_hub + s.J_leaf + s.of_camera) +
-              s.points * (s.begin + s.block + 2 * s.vector),
-          s.rows * s.R * (2 * s.K + 4 * s.E + 3) + s.points * 4 * s.E * s.E};
+  return {
+      s.rows * (s.J_hub + s.J_leaf + s.of_camera) + s.points * (s.begin + s.block + 2 * s.vector),
+      s.rows * s.R * (2 * s.K + 4 * s.E + 3) + s.points * 4 * s.E * s.E};
 }
 
 }  // namespace raybundle::bench

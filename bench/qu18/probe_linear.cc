@@ -22,9 +22,10 @@ class ReducedSolver {
       : at_(at),
         system_(linalg::make_reduced_system(at.layout(), Side::leaves, at.pool)),
         pcg_(system_->size(), at.pool),
-        cholesky_(linalg::Cholesky::make(
-            linalg::plan_cholesky(system_->pattern(), at.pool.threads(),
-                                  linalg::CholeskyKind::dense), at.pool)),
+        cholesky_(
+            linalg::Cholesky::make(linalg::plan_cholesky(system_->pattern(), at.pool.threads(),
+                                                         linalg::CholeskyKind::dense),
+                                   at.pool)),
         v_(system_->size()),
         x_(system_->size()) {}
 

@@ -111,7 +111,12 @@ Json matrix_forms(const Problem& problem, linalg::ThreadPool& pool) {
   }
   {
     const double seconds = seconds_of([&] { at.at(state); });
-    const double held = linalg::BlockJacobian::memory(at.layout(), at.J.precision()) + bytes(at.normal.C) +
+    const linalg::BlockLayout& layout = at.layout();
+    const linalg::LayoutSize size = {{layout.row_size, layout.hub_size, layout.leaf_size},
+                                     layout.hubs,
+                                     layout.leaves,
+                                     layout.rows};
+    const double held = linalg::BlockJacobian::memory(size, at.J.precision()) + bytes(at.normal.C) +
                         bytes(at.layout().hub_side) + bytes(at.layout().leaf_side);
     forms.push_back(entry("IS-cell", seconds, held));
   }

@@ -116,8 +116,8 @@ struct Eliminate {
 
   // z = Z x of an anchored leaf, whose damping makes w = J_e^T u less by D z.
   template <class X>
-  [[gnu::always_inline]] static void hold(const EliminationView& view, Index e, X&& x_of,
-                                          double* w, double* z) {
+  [[gnu::always_inline]] static void hold(const EliminationView& view, Index e, X&& x_of, double* w,
+                                          double* z) {
     clear<E>(z);
     if constexpr (anchored) {
       add_anchored<K, E>(view.anchors, e, view.kept.block, x_of, z);
@@ -160,7 +160,8 @@ struct Eliminate {
     for (Index e = first; e < last; ++e) {
       double w[E], z[E], s[E];
       feel(view, x_of, e, w, Aside{u});
-      hold(view, e, [&](Index k) { return plain(x_of(k)); }, w, z);
+      hold(
+          view, e, [&](Index k) { return plain(x_of(k)); }, w, z);
       solve_factored<E>(view.M + e * E * E, w, s);
       const auto minus_s = minus(s);
       const double* of_row = u;
@@ -196,8 +197,8 @@ struct Eliminate {
   }
 
   // y += Z^T D (z + s).
-  [[gnu::always_inline]] static void add_held(const EliminationView& view, Index e,
-                                              const double* s, const double* z, double* y) {
+  [[gnu::always_inline]] static void add_held(const EliminationView& view, Index e, const double* s,
+                                              const double* z, double* y) {
     double w[E];
     for (int i = 0; i < E; ++i) w[i] = view.D[e * E + i] * (z[i] + s[i]);
     for (Index k = view.anchors.begin[e]; k < view.anchors.begin[e + 1]; ++k) {
@@ -309,18 +310,11 @@ struct Eliminate {
 template <class T, int R, int K, int E, bool anchored>
 constexpr EliminationKernels make_elimination_kernels() {
   using Kernels = Eliminate<T, R, K, E, anchored>;
-  return {&Kernels::factor,
-          &Kernels::solve_own,
-          &Kernels::couple,
-          &Kernels::reduce_gradient,
-          &Kernels::project,
-          &Kernels::multiply,
-          &Kernels::back_substitute,
-          &Kernels::add_products,
-          &Kernels::add_diagonal,
-          &Kernels::diagonal_blocks,
-          &Kernels::coupling_block,
-          coarse_products<T, R, K, E, anchored>()};
+  return {
+      &Kernels::factor,          &Kernels::solve_own,      &Kernels::couple,
+      &Kernels::reduce_gradient, &Kernels::project,        &Kernels::multiply,
+      &Kernels::back_substitute, &Kernels::add_products,   &Kernels::add_diagonal,
+      &Kernels::diagonal_blocks, &Kernels::coupling_block, coarse_products<T, R, K, E, anchored>()};
 }
 
 }  // namespace

@@ -5,15 +5,15 @@
 
 namespace raybundle::linalg::RAYBUNDLE_ISA::RAYBUNDLE_PRECISION {
 
-#define RAYBUNDLE_DEFINE(R, K, E)                                   \
-  extern const BlockKernels blocks_##R##_##K##_##E =                \
-      make_block_kernels<RAYBUNDLE_NUMBER, R, K, E, false>();       \
-  extern const BlockKernels anchored_##R##_##K##_##E =              \
-      make_block_kernels<RAYBUNDLE_NUMBER, R, K, E, true>();        \
-  extern const EliminationKernels eliminate_##R##_##K##_##E =       \
-      make_elimination_kernels<RAYBUNDLE_NUMBER, R, K, E, false>(); \
-  extern const EliminationKernels eliminate_##R##_##E##_##K =       \
-      make_elimination_kernels<RAYBUNDLE_NUMBER, R, E, K, false>(); \
+#define RAYBUNDLE_DEFINE(R, K, E)                                      \
+  extern const BlockKernels blocks_##R##_##K##_##E =                   \
+      make_block_kernels<RAYBUNDLE_NUMBER, R, K, E, false>();          \
+  extern const BlockKernels anchored_##R##_##K##_##E =                 \
+      make_block_kernels<RAYBUNDLE_NUMBER, R, K, E, true>();           \
+  extern const EliminationKernels eliminate_##R##_##K##_##E =          \
+      make_elimination_kernels<RAYBUNDLE_NUMBER, R, K, E, false>();    \
+  extern const EliminationKernels eliminate_##R##_##E##_##K =          \
+      make_elimination_kernels<RAYBUNDLE_NUMBER, R, E, K, false>();    \
   extern const EliminationKernels eliminate_anchored_##R##_##K##_##E = \
       make_elimination_kernels<RAYBUNDLE_NUMBER, R, K, E, true>();
 RAYBUNDLE_DEFINE(2, 9, 3)

@@ -67,7 +67,8 @@ class ModelDecrease : public ::testing::TestWithParam<Variant> {
                        .elimination = elimination,
                        .damping_matrix = damping_matrix,
                        .max_iterations = 1,
-                       .initial_damping = 1e-3};
+                       .initial_damping = 1e-3,
+                       .precision = Precision::double_precision};
     if (method == Method::tnm) {
       options.scaling = scaling;
       options.forcing = 0.3;  // a step that is far from exact

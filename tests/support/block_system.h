@@ -129,7 +129,7 @@ class BlockSystem {
       for (std::int64_t k = anchorage.begin[linalg::index(leaf)]; k < end; ++k) {
         const std::int64_t coupling = anchorage.coupling[linalg::index(k)];
         const Eigen::Index hub = layout.hub_side.block[linalg::index(coupling)];
-        dense.block(R * row, hub * K, R, K) += 
+        dense.block(R * row, hub * K, R, K) +=
             J_leaf * Eigen::Map<const RowMajor>(J.anchor_blocks.data() + k * E * K, E, K);
       }
     }

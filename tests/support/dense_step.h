@@ -121,14 +121,13 @@ class StepFixture {
     result.step = Eigen::VectorXd::Constant(damping.size(), 1e300);
     const Forcing forcing(options_.forcing_rule.value_or(ForcingRule::thesis),
                           options_.forcing.value_or(0));
-    const StepRequest request = {
-        .at = {&at_.blocks(), &at_.normal(), modes_.data()},
-        .relinearised = relinearised,
-        .damping = damping.data(),
-        .inverse_scaling = inverse.empty() ? nullptr : inverse.data(),
-        .radius = radius,
-        .block_radius = block_radius,
-        .tolerance = forcing.tolerance()};
+    const StepRequest request = {.at = {&at_.blocks(), &at_.normal(), modes_.data()},
+                                 .relinearised = relinearised,
+                                 .damping = damping.data(),
+                                 .inverse_scaling = inverse.empty() ? nullptr : inverse.data(),
+                                 .radius = radius,
+                                 .block_radius = block_radius,
+                                 .tolerance = forcing.tolerance()};
     result.report = solver_->solve(request, result.step.data());
     return result;
   }
