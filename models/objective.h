@@ -30,11 +30,11 @@ struct State {
 class Objective {
  public:
   /// Reads the observations of the problem where they are, if they are in the order of rows: they
-  /// outlive this and stay as they are. Copies all else it needs.
-  /// Throws InputError when the problem is inconsistent, or when it fixes a part of a pose that the update cannot hold: a local update turns a rotation
-  /// and moves a translation as a whole, se3 only the whole pose; when the loss has no legal scale;
-  /// for rays, when a lens cannot have made an observation. Throws std::invalid_argument for rays
-  /// and free lenses.
+  /// outlive this and stay as they are. Copies all else it needs. Throws InputError when the
+  /// problem is inconsistent, or when it fixes a part of a pose that the update cannot hold: a
+  /// local update turns a rotation and moves a translation as a whole, se3 only the whole pose;
+  /// when the loss has no legal scale; for rays, when a lens cannot have made an observation.
+  /// Throws std::invalid_argument for rays and free lenses.
   Objective(const Problem& problem, const Formulation& formulation, linalg::ThreadPool& pool,
             const RobustLoss& loss = {});
   Objective(const Problem&& problem, const Formulation& formulation, linalg::ThreadPool& pool,

@@ -7,9 +7,9 @@
 
 namespace raybundle {
 
-/// By what method `auto` takes its damped steps: in whichever way is predicted to be the least work.
-/// The sparsity of the matrix, which the ways that form it depend on, is asked for once they may be
-/// less than iterating without it even if it costs as much as it may.
+/// By what method `auto` takes its damped steps: in whichever way is predicted to be the least
+/// work. The sparsity of the matrix, which the ways that form it depend on, is asked for once they
+/// may be less than iterating without it even if it costs as much as it may.
 class AutomaticChoice {
  public:
   /// `memory_limit`: bytes that matrix and factor may take; layout and pool outlive this.

@@ -7,10 +7,10 @@
 namespace raybundle {
 namespace {
 
-// Damped steps in the way that AutomaticChoice finds. How many inner iterations there will be nobody
-// knows beforehand: the first step assumes some, every later one what those of the one before let
-// expect. Changes go one way: from products with the Jacobian to those with the matrix, and from
-// either to a factorisation.
+// Damped steps in the way that AutomaticChoice finds. How many inner iterations there will be
+// nobody knows beforehand: the first step assumes some, every later one what those of the one
+// before let expect. Changes go one way: from products with the Jacobian to those with the matrix,
+// and from either to a factorisation.
 class AutomaticStep final : public StepSolver {
  public:
   AutomaticStep(const Options& options, const linalg::BlockLayout& layout, linalg::ThreadPool& pool)

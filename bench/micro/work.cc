@@ -4,9 +4,9 @@
 //
 // Per row (R residuals, K unknowns of a camera, E of a point): R K numbers of J_hub and R E of
 // J_leaf, in single precision, and the 4 bytes that say which camera. Per point: E E numbers of C
-// and of M, E of D, g, q and x, and 8 bytes of where its couplings begin. Walking by camera reads in
-// addition the list of couplings, 4 bytes a row. What there is per camera stays in the caches and is
-// left out. A store counts once, as STREAM counts it.
+// and of M, E of D, g, q and x, and 8 bytes of where its couplings begin. Walking by camera reads
+// in addition the list of couplings, 4 bytes a row. What there is per camera stays in the caches
+// and is left out. A store counts once, as STREAM counts it.
 
 #include <raybundle/bench/micro/work.h>
 
@@ -44,8 +44,8 @@ double observation_bytes(const Sizes& s) {
   return s.rows * (s.of_camera + 4 + s.observed) + s.points * s.vector;
 }
 
-// J_a^T P_ab J_b of one row of a and one of b: J_e of b times what a has of N J_e^T, that times J_b,
-// J_a^T times that.
+// J_a^T P_ab J_b of one row of a and one of b: J_e of b times what a has of N J_e^T, that times
+// J_b, J_a^T times that.
 double product_flops(const Sizes& s) {
   return s.R * s.R * (2 * s.E + 2 * s.K) + 2 * s.R * s.K * s.K;
 }

@@ -85,7 +85,8 @@ struct Eliminate {
     }
   }
 
-  // w = J_e^T u of one eliminated block, with u = J_k x in its rows and x_of(kept block) as operand.
+  // w = J_e^T u of one eliminated block, with u = J_k x in its rows and x_of(kept block) as
+  // operand.
   template <class X, class Store>
   [[gnu::always_inline]] static void feel(const EliminationView& view, X&& x_of, Index e, double* w,
                                           Store&& store) {

@@ -11,8 +11,8 @@
 /// "eliminated" (e), so that eliminating leaves or hubs is a choice of arguments. For an eliminated
 /// block
 ///   M M^T = (H_ee + D_e)^-1,   q = M M^T g_e,
-/// and with P = I - J_e M M^T J_e^T the reduced system is A = J_k^T P J_k + D_k, v = g_k - J_k^T J_e
-/// q.
+/// and with P = I - J_e M M^T J_e^T the reduced system is A = J_k^T P J_k + D_k, v = g_k - J_k^T
+/// J_e q.
 ///
 /// Anchored leaves are eliminated as l' = l + Z x, the step that their rows feel. Rows then have
 /// one hub each, and anchors are left only in the damping |l|^2 = |l' - Z x|^2 of the leaves:

@@ -1,5 +1,5 @@
-// Rows of the Jacobian in single precision: another rounding of the steps, the same minimum; and the
-// guard that goes over to double precision.
+// Rows of the Jacobian in single precision: another rounding of the steps, the same minimum; and
+// the guard that goes over to double precision.
 
 #include <raybundle/solver/solve.h>
 
