@@ -16,15 +16,11 @@
 #include <raybundle/solver/trust_region.h>
 
 #include <raybundle/linalg/vector.h>
-#include <raybundle/models/camera_modes.h>
 #include <raybundle/solver/methods.h>
 #include <raybundle/solver/phase_timer.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 namespace raybundle {
@@ -33,22 +29,6 @@ namespace {
 using linalg::index;
 
 constexpr std::int64_t vector_grain = 16384;
-
-// The larger one, or NaN where there is one.
-double larger(double a, double b) { return b <= a || std::isnan(a) ? a : b; }
-
-double largest_magnitude(const linalg::LargeVector<double>& x, linalg::ThreadPool& pool) {
-  std::array<double, linalg::max_chunks> largest = {};
-  const linalg::Chunks pieces = linalg::chunks(static_cast<std::int64_t>(x.size()), vector_grain);
-  pool.run(pieces.pieces, [&](std::int64_t piece) {
-    double most = 0;
-    for (std::int64_t i = pieces.begin(piece); i < pieces.end(piece); ++i) {
-      most = larger(most, std::abs(x[index(i)]));
-    }
-    largest[index(piece)] = most;
-  });
-  return std::accumulate(largest.begin(), largest.end(), 0.0, larger);
-}
 
 }  // namespace
 
@@ -175,14 +155,10 @@ void TrustRegion::compute_step() {
   step_valid_ = report_.solved && step_is_finite();
 }
 
-void TrustRegion::fill_damping() {
-  if (!damping_) return;  // and the diagonal stays 0
-  const double mu = damping_->mu();
-  linalg::for_entries(static_cast<std::int64_t>(damping_diagonal_.size()), pool_,
-                      [&](std::size_t i) { damping_diagonal_[i] = mu * damping_matrix_[i]; });
+bool TrustRegion::step_is_finite() const {
+  return std::isfinite(
+      linalg::largest_magnitude(step_.data(), static_cast<std::int64_t>(step_.size()), pool_));
 }
-
-bool TrustRegion::step_is_finite() const { return std::isfinite(largest_magnitude(step_, pool_)); }
 
 // What is taken back is not promised either. The cameras' step counts on points that follow: where
 // the model promises nothing without those that were taken back, all go.
@@ -245,67 +221,6 @@ void TrustRegion::judge() {
   cost_ = record_.candidate_cost;
 }
 
-void TrustRegion::linearize() {
-  const PhaseTimer timer(summary_.seconds.jacobian);
-  // The sum it returns is rounded differently; costs that are compared come from one function.
-  static_cast<void>(objective_.linearize(state_, J_, normal_));
-  fill_matrices();
-  fill_modes();
-  relinearised_ = true;
-  const auto unknowns = static_cast<std::int64_t>(normal_.gradient.size());
-  const double* g = normal_.gradient.data();
-  record_.cost = cost_;
-  if (objective_.formulation().objective != ObjectiveKind::pixel) {
-    record_.pixel_cost = objective_.pixel_cost(state_);
-  }
-  record_.gradient_norm = std::sqrt(linalg::dot(g, g, unknowns, pool_));
-  record_.gradient_max = largest_magnitude(normal_.gradient, pool_);
-  if (forcing_) forcing_->linearized(record_.gradient_norm);
-  promise_ = free_promise();
-}
-
-void TrustRegion::diagnose() {
-  if (!diagnoser_) return;
-  const PhaseTimer timer(summary_.seconds.diagnosis);
-  record_.diagnosis = diagnoser_->measure({&J_, &normal_});
-}
-
-// 1/2 g^T diag(H)^-1 g / lambda, where lambda bounds the largest eigenvalue of H scaled to a unit
-// diagonal: a row feels so many unknowns, those of anchors too (Cauchy-Schwarz).
-double TrustRegion::free_promise() const {
-  const linalg::BlockLayout& layout = objective_.layout();
-  const PointModel points = objective_.formulation().points;
-  const int cameras = !is_anchored(points) ? 1 : (points == PointModel::idp ? 2 : 3);
-  return 0.5 * normal_.scaled_gradient_squares(pool_) /
-         (cameras * layout.hub_size + layout.leaf_size);
-}
-
-// Only diag(H) changes from one linearisation to the next.
-void TrustRegion::fill_matrices() {
-  const Options& options = summary_.options;
-  const auto due = [](DiagonalMatrix kind, const linalg::LargeVector<double>& matrix) {
-    return kind == DiagonalMatrix::diag_h || matrix.empty();
-  };
-  if (damping_ && due(*options.damping_matrix, damping_matrix_)) {
-    fill_diagonal(*options.damping_matrix, increments_, options.points, normal_, damping_matrix_,
-                  pool_);
-  }
-  const DiagonalMatrix scaling = options.scaling.value_or(DiagonalMatrix::identity);
-  if (scaling == DiagonalMatrix::identity || !due(scaling, inverse_scaling_)) return;
-  fill_diagonal(scaling, increments_, options.points, normal_, inverse_scaling_, pool_);
-  linalg::for_entries(
-      static_cast<std::int64_t>(inverse_scaling_.size()), pool_,
-      [&](std::size_t i) { inverse_scaling_[i] = 1 / std::sqrt(inverse_scaling_[i]); });
-}
-
-void TrustRegion::fill_modes() {
-  if (!has_coarse_space(summary_.options)) return;
-  const linalg::BlockLayout& layout = objective_.layout();
-  hub_modes_.resize(index(layout.size(linalg::Side::hubs) * linalg::coarse_modes(layout.hub_size)));
-  camera_modes(objective_.formulation().pose_update, state_.cameras, layout.hub_size,
-               hub_modes_.data());
-}
-
 void TrustRegion::end_iteration() {
   record_.seconds = seconds();
   summary_.iterations.push_back(record_);
@@ -341,28 +256,6 @@ Convergence::Situation TrustRegion::situation() const {
 // damping and radius learnt from failures under the old one does not bind it.
 void TrustRegion::tighten_loss() {
   set_loss_scale(loss_.scale());
-  convergence_.restart();
-  start_globalisation();
-  linearize();
-}
-
-// The gradient and the cost are exact, whatever rows are rounded to: where steps promise a decrease
-// that none of them brings, or cannot be computed, the model may be what is wrong.
-bool TrustRegion::rounding_is_suspect(const std::optional<Termination>& verdict) const {
-  if (summary_.options.precision || J_.precision() == Precision::double_precision) return false;
-  const bool failed = verdict && outcome(*verdict) == Outcome::failed;
-  if (!failed && (record_.iteration == 0 || report_.solved)) return false;
-  const linalg::BlockLayout& layout = objective_.layout();
-  const double more =
-      4.0 * static_cast<double>(layout.residuals()) * (layout.hub_size + layout.leaf_size);
-  return more < linalg::available_memory() &&
-         more < summary_.options.memory_limit - linalg::resident_memory();
-}
-
-// Once, and with it a fresh start of what failures taught.
-void TrustRegion::widen_rows() {
-  J_.set_precision(Precision::double_precision);
-  summary_.widened_at = record_.iteration;
   convergence_.restart();
   start_globalisation();
   linearize();

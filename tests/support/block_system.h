@@ -264,9 +264,11 @@ inline std::vector<BlockSystemOptions> typical_systems() {
   list.push_back({.seed = 7, .row_size = 3, .hub_size = 6, .hubs = 7, .duplicates = 3});
   // A leaf with more rows than a tile has.
   list.push_back({.seed = 8, .hubs = 67, .leaves = 3, .rows_per_leaf = 66, .duplicates = 9});
-  const std::size_t doubles = list.size();
-  for (std::size_t i = 0; i < doubles; ++i) {
-    list.push_back(list[i]);
+  // What is a matter of shape, in single precision too.
+  const std::vector<BlockSystemOptions> all = list;
+  for (const BlockSystemOptions& each : all) {
+    if (each.seed == 1 || each.seed == 2 || each.seed == 5 || each.seed == 6) continue;
+    list.push_back(each);
     list.back().precision = linalg::Precision::single_precision;
   }
   return list;
