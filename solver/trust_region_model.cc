@@ -1,5 +1,5 @@
-// The model of a TrustRegion at its state: the linearisation, the matrices that go with it, and what
-// it promises.
+// The model of a TrustRegion at its state: the linearisation, the matrices that go with it, and
+// what it promises.
 
 #include <raybundle/linalg/memory.h>
 #include <raybundle/linalg/vector.h>
