@@ -33,7 +33,9 @@ inline Vector load_vector(const float* x) {
 #ifdef __SSE2__
 template <>
 inline Vector2 load_vector<Vector2>(const float* x) {
-  return _mm_cvtps_pd(_mm_castpd_ps(_mm_load_sd(reinterpret_cast<const double*>(x))));
+  double both;  // two numbers, wherever they stand
+  __builtin_memcpy(&both, x, sizeof(both));
+  return _mm_cvtps_pd(_mm_castpd_ps(_mm_set_sd(both)));
 }
 #endif
 #ifdef __AVX__
