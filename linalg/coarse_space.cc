@@ -103,7 +103,7 @@ bool CoarseSpace::build(ReducedSystem& system, const Linearization& at,
   multiply_rows(inverse_scaling, true);
   // The modes have unit length in the norm of the blocks. A free gauge leaves seven of all clusters
   // together without curvature but the damping's, which may be less than rounding.
-  for (double regularisation = 1e-12; regularisation < 1e-5; regularisation *= 100) {
+  for (const double regularisation : {1e-12, 1e-10, 1e-8, 1e-6}) {
     if (factor(values, regularisation)) return true;
   }
   return false;

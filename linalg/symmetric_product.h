@@ -28,7 +28,7 @@ class SymmetricProduct {
     std::int64_t first, last, begin;
     double* part;
   };
-  void multiply_piece(const SymmetricBlocks& A, const double* x, std::int64_t piece);
+  void multiply_piece(const SymmetricBlocks& A, const double* x, std::int64_t at);
 
   const SymmetricPattern& pattern_;
   const DenseKernels& kernels_;

@@ -127,27 +127,27 @@ using Variant = std::tuple<PointModel, PoseUpdate, Sensor>;
 class ObjectiveRows : public ::testing::TestWithParam<Variant> {
  protected:
   const ResidualKernels& kernels() const {
-    return residual_kernels(is_anchored(of.model), std::get<1>(GetParam()), of.sensor);
+    return residual_kernels(is_anchored(of_.model), std::get<1>(GetParam()), of_.sensor);
   }
   Written linearized(std::int64_t first, std::int64_t last) {
-    Written written(of);
-    cost = kernels().linearize(of.input(), written.output(), first, last);
+    Written written(of_);
+    cost_ = kernels().linearize(of_.input(), written.output(), first, last);
     return written;
   }
   // The anchors of points whose first row is in a range come first to last.
   std::int64_t anchor_before(std::int64_t row) const {
     std::int64_t point = 0;
-    while (point < std::int64_t(of.anchors.size()) &&
-           std::lower_bound(of.row_point.begin(), of.row_point.end(), point) -
-                   of.row_point.begin() <
+    while (point < std::int64_t(of_.anchors.size()) &&
+           std::lower_bound(of_.row_point.begin(), of_.row_point.end(), point) -
+                   of_.row_point.begin() <
                row) {
       ++point;
     }
-    return of.first_anchor[std::size_t(point)];
+    return of_.first_anchor[std::size_t(point)];
   }
 
-  Rows of{std::get<0>(GetParam()), std::get<2>(GetParam())};
-  double cost = 0;
+  Rows of_{std::get<0>(GetParam()), std::get<2>(GetParam())};
+  double cost_ = 0;
 };
 
 TEST_P(ObjectiveRows, AreTheSameBitsInEveryLaneAndRange) {
@@ -164,7 +164,7 @@ TEST_P(ObjectiveRows, AreTheSameBitsInEveryLaneAndRange) {
       ASSERT_TRUE(same_bits(some.residual, part(all.residual, first, last, R)));
       ASSERT_TRUE(same_bits(some.J_hub, part(all.J_hub, first, last, R * K)));
       ASSERT_TRUE(same_bits(some.J_leaf, part(all.J_leaf, first, last, R * 3)));
-      if (is_anchored(of.model)) {
+      if (is_anchored(of_.model)) {
         ASSERT_TRUE(
             same_bits(some.Z, part(all.Z, anchor_before(first), anchor_before(last), 3 * K)));
       }
@@ -178,7 +178,7 @@ TEST_P(ObjectiveRows, ResidualsAndCostsOfRangesAgreeWithThem) {
   for (std::int64_t size = 1; size <= longest; ++size) {
     for (std::int64_t first = 0; first + size <= rows; ++first) {
       std::vector<double> residual(std::size_t(size * R + 1), untouched);
-      kernels().residuals(of.input(), residual.data(), first, first + size);
+      kernels().residuals(of_.input(), residual.data(), first, first + size);
       double expected = 0;
       for (std::int64_t i = 0; i < size * R; ++i) {
         const double r = all.residual[std::size_t(first * R + i)];
@@ -187,8 +187,8 @@ TEST_P(ObjectiveRows, ResidualsAndCostsOfRangesAgreeWithThem) {
       }
       ASSERT_EQ(residual.back(), untouched);
       linearized(first, first + size);
-      ASSERT_NEAR(cost, expected, 1e-14 * expected);
-      ASSERT_NEAR(kernels().cost(of.input(), first, first + size), expected, 1e-12 * expected);
+      ASSERT_NEAR(cost_, expected, 1e-14 * expected);
+      ASSERT_NEAR(kernels().cost(of_.input(), first, first + size), expected, 1e-12 * expected);
     }
   }
 }
@@ -196,14 +196,14 @@ TEST_P(ObjectiveRows, ResidualsAndCostsOfRangesAgreeWithThem) {
 TEST_P(ObjectiveRows, ThatCannotBeProjectedSpoilNoOthers) {
   const Written good = linearized(0, rows);
   constexpr std::int32_t spoilt = 3;
-  const std::size_t size = std::size_t(stored_size(of.model));
-  std::fill_n(of.points.begin() + std::ptrdiff_t(spoilt * size), size, std::nan(""));
+  const std::size_t size = std::size_t(stored_size(of_.model));
+  std::fill_n(of_.points.begin() + std::ptrdiff_t(spoilt * size), size, std::nan(""));
   const Written all = linearized(0, rows);
-  EXPECT_FALSE(std::isfinite(cost));
-  EXPECT_FALSE(std::isfinite(kernels().cost(of.input(), 0, rows)));
+  EXPECT_FALSE(std::isfinite(cost_));
+  EXPECT_FALSE(std::isfinite(kernels().cost(of_.input(), 0, rows)));
   const std::size_t R = std::size_t(all.R), K = std::size_t(all.K);
   for (std::size_t row = 0; row < rows; ++row) {
-    const bool finite = of.row_point[row] != spoilt;
+    const bool finite = of_.row_point[row] != spoilt;
     const auto same = [&](const std::vector<double>& a, const std::vector<double>& b,
                           std::size_t numbers) {
       return std::memcmp(&a[row * numbers], &b[row * numbers], 8 * numbers) == 0;
