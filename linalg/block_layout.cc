@@ -31,7 +31,7 @@ bool any_repetition(const RowBlocks& rows, ThreadPool& pool) {
 void merge_repetitions(RowBlocks rows, BlockLayout& layout) {
   LargeVector<std::int32_t>& leaf = layout.leaf_side.block;
   LargeVector<std::int32_t>& hub = layout.hub_side.block;
-  std::vector<std::int64_t>& begin = layout.leaf_side.begin;
+  LargeVector<std::int64_t>& begin = layout.leaf_side.begin;
   begin.assign(index(layout.leaves + 1), 0);
   for (std::size_t r = 0; r < rows.leaf.size(); ++r) {
     if (repeats(rows, r)) continue;
@@ -141,7 +141,7 @@ void anchor_leaves(BlockLayout& layout, const std::vector<LeafAnchors>& anchors)
   }
   Anchorage& anchorage = layout.anchorage;
   anchorage = {{0}, {}, std::vector<std::int32_t>(index(layout.couplings), -1)};
-  const std::vector<std::int64_t>& begin = layout.leaf_side.begin;
+  const LargeVector<std::int64_t>& begin = layout.leaf_side.begin;
   const LargeVector<std::int32_t>& hub = layout.hub_side.block;
   for (std::size_t l = 0; l < anchors.size(); ++l) {
     for (const std::int32_t anchor : anchors[l]) {

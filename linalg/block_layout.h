@@ -33,7 +33,7 @@ constexpr std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i)
 /// list is the identity and left empty. Lists by coupling have 4 bytes an entry, since they are as
 /// long as the observations; make_layout() refuses what they could not number.
 struct Incidence {
-  std::vector<std::int64_t> begin;
+  LargeVector<std::int64_t> begin;
   LargeVector<std::int32_t> list;
   LargeVector<std::int32_t> block;  ///< of a coupling
 };
@@ -51,7 +51,7 @@ struct Anchorage {
 /// Leaf and hub of every row, sorted by leaf, then hub. Equal pairs are legal and share a coupling.
 struct RowBlocks {
   LargeVector<std::int32_t> leaf, hub;
-  std::vector<std::int64_t> begin;  ///< rows of leaf l: [l] .. [l + 1]
+  LargeVector<std::int64_t> begin;  ///< rows of leaf l: [l] .. [l + 1]
 };
 
 /// Sizes of the three kinds of block.

@@ -26,7 +26,7 @@ SymmetricPattern cluster_pattern(const BlockLayout& layout, const HubClusters& c
   std::vector<std::int32_t> of_leaf;
   for (std::int64_t l = 0; l < layout.leaves; ++l) {
     of_leaf.clear();
-    const std::vector<std::int64_t>& begin = layout.leaf_side.begin;
+    const auto& begin = layout.leaf_side.begin;
     for (std::int64_t c = begin[index(l)]; c < begin[index(l + 1)]; ++c) {
       of_leaf.push_back(clusters.of_hub[index(layout.hub_side.block[index(c)])]);
     }

@@ -7,14 +7,11 @@
 
 namespace raybundle::linalg {
 
-/// Memory that is not cleared, and above some megabytes asks for huge pages: the arrays of a large
+/// Memory that is not cleared, from some kilobytes on in huge pages: the arrays of a large
 /// problem are written before they are read, by the threads that need them, and are then gone
 /// through in an order that would miss the small pages' translations all the time.
 /// Throws std::bad_alloc.
 void* allocate_large(std::size_t bytes);
-/// Asks for huge pages within memory that nothing has been written to; advice, which may not be
-/// taken.
-void advise_huge_pages(void* memory, std::size_t bytes);
 void free_large(void* memory, std::size_t bytes) noexcept;
 
 template <class T>

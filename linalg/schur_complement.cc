@@ -15,13 +15,18 @@ namespace {
 // Of one block of a side.
 std::int64_t most_rows(const BlockLayout& layout, Side side) {
   const Incidence& blocks = layout.incidence(side);
-  std::vector<std::int64_t> rows(index(layout.block_count(side)), 0);
-  for (std::int64_t c = 0; c < layout.couplings; ++c) {
-    const auto& begin = layout.coupling_rows;
-    rows[index(blocks.block[index(c)])] +=
-        begin.empty() ? 1 : begin[index(c + 1)] - begin[index(c)];
+  const auto& rows_of = layout.coupling_rows;
+  std::int64_t most = 0;
+  for (std::int64_t b = 0; b < layout.block_count(side); ++b) {
+    const std::int64_t first = blocks.begin[index(b)], last = blocks.begin[index(b + 1)];
+    std::int64_t rows = rows_of.empty() ? last - first : 0;
+    for (std::int64_t k = first; !rows_of.empty() && k < last; ++k) {
+      const std::int64_t c = blocks.list.empty() ? k : blocks.list[index(k)];
+      rows += rows_of[index(c + 1)] - rows_of[index(c)];
+    }
+    most = std::max(most, rows);
   }
-  return rows.empty() ? 0 : *std::max_element(rows.begin(), rows.end());
+  return most;
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace raybundle {
 /// nothing, and rays of xyz everything.
 struct State {
   std::vector<double> cameras;
-  std::vector<double> points;  ///< stored_size(model) numbers each
+  linalg::LargeVector<double> points;  ///< stored_size(model) numbers each
 };
 
 /// The cost of a Problem as a function of a State, with the derivatives a solver needs. Cameras

@@ -68,8 +68,11 @@ void Objective::place_in_world(std::int64_t i, const double* X, const CameraPose
 }
 
 State Objective::state_of(const Problem& problem) const {
-  if (!is_anchored(formulation_.points)) return {problem.cameras, problem.points};
   State state = {problem.cameras, {}};
+  if (!is_anchored(formulation_.points)) {
+    state.points.assign(problem.points.begin(), problem.points.end());
+    return state;
+  }
   const CameraPoses poses(problem.cameras);
   place_points(state, [&](std::int64_t i, double* stored) {
     place_in_world(i, problem.points.data() + 3 * i, poses, stored);
@@ -118,7 +121,7 @@ void Objective::hold_points(State& state) const {
 
 void Objective::write(State state, Problem& problem) const {
   if (!is_anchored(formulation_.points)) {
-    problem.points = std::move(state.points);
+    problem.points.assign(state.points.begin(), state.points.end());
   } else {
     const CameraPoses poses(state.cameras);
     const int stored = stored_size(formulation_.points);

@@ -27,7 +27,7 @@ bool in_order(const Problem& problem, linalg::ThreadPool& pool) {
 }
 
 // Where the rows of each point begin in a list of points that ascends.
-void find_begins(const std::vector<std::int32_t>& point, std::vector<std::int64_t>& begin,
+void find_begins(const std::vector<std::int32_t>& point, linalg::LargeVector<std::int64_t>& begin,
                  linalg::ThreadPool& pool) {
   linalg::for_entries(static_cast<std::int64_t>(point.size()), pool, [&](std::size_t k) {
     const std::int64_t before = k == 0 ? -1 : point[k - 1];
@@ -40,7 +40,7 @@ void find_begins(const std::vector<std::int32_t>& point, std::vector<std::int64_
 
 // A counting sort by point, and of each point by camera.
 void sort_observations(const Problem& problem, ObservationRows& rows, linalg::ThreadPool& pool) {
-  std::vector<std::int64_t>& begin = rows.begin;
+  linalg::LargeVector<std::int64_t>& begin = rows.begin;
   for (const std::int32_t at : problem.observation_point) ++begin[index(at) + 1];
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
   std::vector<std::int64_t> next(begin.begin(), begin.end() - 1);

@@ -22,7 +22,7 @@ struct ObservationRows {
   linalg::LargeVector<std::int32_t> observation;  ///< per row; empty: they are in order as given
   linalg::LargeVector<std::int32_t> camera;       ///< per row
   linalg::LargeVector<std::int32_t> point;        ///< per row
-  std::vector<std::int64_t> begin;                ///< rows of point i: [i] .. [i + 1]
+  linalg::LargeVector<std::int64_t> begin;        ///< rows of point i: [i] .. [i + 1]
 };
 
 /// Whether the observations stand in that order already.

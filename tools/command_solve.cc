@@ -230,9 +230,11 @@ ExitCode run(Arguments arguments) {
   SolveRecord record;
   Problem problem = obtain(arguments, record);
   const Options effective = resolve(arguments.options);
-  const bool has_start_points = effective.point_start == PointStart::problem;
-  measure_start(has_start_points ? problem : with_points_from_rays(problem, effective.points),
-                effective, record);
+  if (effective.point_start == PointStart::problem) {
+    measure_start(problem, effective, record);
+  } else {
+    measure_start(with_points_from_rays(problem, effective.points), effective, record);
+  }
   const std::vector<std::string> at_start = start_warnings(record, effective);
   say_warnings(at_start);
 

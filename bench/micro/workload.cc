@@ -33,7 +33,7 @@ Workload::Workload(std::int64_t observations, int threads)
   normal.diagonal(1e-6, 1e32, damping.data(), pool);
   for (double& d : damping) d *= 1e-4;
   schur.prepare(at(), damping.data());
-  const std::vector<std::int64_t>& begin = layout.leaf_side.begin;
+  const auto& begin = layout.leaf_side.begin;
   for (std::int64_t i = 0; i < layout.leaves; ++i) {
     const std::int64_t track = begin[linalg::index(i + 1)] - begin[linalg::index(i)];
     couples += track * (track + 1) / 2;

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <limits>
 
-#include <raybundle/linalg/large_vector.h>
+#include <raybundle/linalg/huge_pages.h>
 #include <raybundle/models/error.h>
 #include <raybundle/models/io/file_content.h>
 #include <raybundle/models/io/text_pieces.h>

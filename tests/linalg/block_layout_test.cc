@@ -49,12 +49,12 @@ TEST(BlockLayout, EqualHubsOfNeighbouringLeavesAreNotARepetition) {
 
 TEST(BlockLayout, IncidenceOfBothSides) {
   const BlockLayout layout = example();
-  EXPECT_EQ(layout.leaf_side.begin, (Indices{0, 2, 2, 4})) << "leaf 1 is empty";
+  EXPECT_EQ(layout.leaf_side.begin, (LargeVector<std::int64_t>{0, 2, 2, 4})) << "leaf 1 is empty";
   EXPECT_TRUE(layout.leaf_side.list.empty());
   EXPECT_TRUE(positions(layout.leaf_side).empty());
   EXPECT_EQ(layout.leaf_side.block, (List{0, 0, 2, 2}));
   EXPECT_EQ(layout.hub_side.block, (List{1, 2, 0, 2}));
-  EXPECT_EQ(layout.hub_side.begin, (Indices{0, 1, 2, 4, 4})) << "hub 3 is empty";
+  EXPECT_EQ(layout.hub_side.begin, (LargeVector<std::int64_t>{0, 1, 2, 4, 4})) << "hub 3 is empty";
   EXPECT_EQ(layout.hub_side.list, (List{2, 0, 1, 3}));
   EXPECT_EQ(positions(layout.hub_side), (List{1, 2, 0, 3}));
 }

@@ -227,7 +227,7 @@ TEST(State, CostHasTheSameBitsAfterWritingAndReading) {
     State next = dense.after(step);
     const double cost = dense.objective().cost(next);
     problem.cameras = next.cameras;
-    problem.points = next.points;
+    problem.points.assign(next.points.begin(), next.points.end());
     const std::string path = (folder / "moved.txt").string();
     io::write_bal(problem, path);
     const Problem read = io::read_bal(path);

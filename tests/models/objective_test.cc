@@ -200,7 +200,7 @@ TEST(Objective, RelativeStepIsBlockwise) {
     step[static_cast<Eigen::Index>(at + (camera ? 0 : from.cameras.size()))] = delta;
     return relative();
   };
-  const auto norm = [&](const std::vector<double>& x, std::size_t at, int size) {
+  const auto norm = [&](const auto& x, std::size_t at, int size) {
     return Eigen::Map<const VectorXd>(&x[at], size).norm();
   };
   EXPECT_EQ(relative(), 0);
