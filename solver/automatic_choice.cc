@@ -7,18 +7,26 @@
 
 namespace raybundle {
 
+namespace {
+
+constexpr double convincing = 1.25;  // of what is known, in what is guessed
+
+}  // namespace
+
 Linear AutomaticChoice::decide(InnerIterations expected, bool first) {
-  while (is_worth_learning(expected, first)) learn();
+  while (forecast_.best(expected).lower_bound && is_worth_a_change(expected, first)) learn();
+  const bool formed = chosen_ != Linear::implicit_pcg || is_worth_a_change(expected, first);
   const LinearCandidate& best = forecast_.best(expected);
-  return refused_ || best.lower_bound ? Linear::implicit_pcg : best.linear;
+  chosen_ = formed && !refused_ && !best.lower_bound ? best.linear : Linear::implicit_pcg;
+  return chosen_;
 }
 
-bool AutomaticChoice::is_worth_learning(InnerIterations expected, bool first) const {
-  const LinearCandidate& best = forecast_.best(expected);
-  if (refused_ || !best.lower_bound) return false;
-  const double extra = first ? 0 : forecast_.planning();
-  const LinearCandidate& without = forecast_.candidates().back();
-  return best.work_with(expected) + extra < without.work_with(expected);
+// To a way that forms the matrix, which has to be planned.
+bool AutomaticChoice::is_worth_a_change(InnerIterations expected, bool first) const {
+  if (refused_) return false;
+  const double work = forecast_.best(expected).work_with(expected);
+  const double without = forecast_.candidates().back().work_with(expected);
+  return first ? work < without : convincing * work + forecast_.planning() < without;
 }
 
 // First the sparsity of the matrix, then what it takes to factorise it.

@@ -16,13 +16,24 @@ namespace {
 // Measured with one thread of an AMD EPYC with AVX-512 where a dense factorisation does 20
 // multiplications with addition in a nanosecond (docs/decisions.md).
 constexpr double per_nanosecond = 20;
-constexpr double row_nanoseconds = 10;  // of a product
-constexpr double eliminated_nanoseconds = 20;
+constexpr double row_nanoseconds = 8.5;  // of a product
+constexpr double eliminated_nanoseconds = 25;
 constexpr double diagonal_nanoseconds = 15;
-constexpr double coarse_nanoseconds = 130;  // matrix and factor of a coarse space
-constexpr double pair_nanoseconds = 25;     // of the products of two rows of a leaf
-constexpr double number_nanoseconds = 0.8;  // of the matrix, in a product with it
-constexpr double planning_share = 0.5;      // of an assembly
+constexpr double coarse_nanoseconds = 130;   // matrix and factor of a coarse space
+constexpr double pair_nanoseconds = 18;      // of the products of two rows of a leaf ...
+constexpr double far_pair_nanoseconds = 50;  // ... where they go to a matrix beyond all caches
+constexpr double cache_bytes = 16e6;         // where it is halfway between
+constexpr double number_nanoseconds = 0.3;   // of the matrix, in a product with it
+constexpr double planning_share = 0.5;       // of an assembly
+
+// Steps that are exact are worth more than they save.
+double weight(const LinearCandidate& way) { return iterates(way.linear) ? 1.25 : 1; }
+
+// Of an assembly over that into a matrix that fits the caches.
+double assembly_share(double matrix_bytes) {
+  const double far = matrix_bytes / (matrix_bytes + cache_bytes);
+  return 1 + far * (far_pair_nanoseconds / pair_nanoseconds - 1);
+}
 
 }  // namespace
 
@@ -75,9 +86,14 @@ LinearCandidate& LinearForecast::candidate(Linear linear) {
 void LinearForecast::add(const linalg::SymmetricPattern& pattern) {
   const auto numbers = static_cast<double>(pattern.scalar_nonzeros());
   const auto order = static_cast<double>(pattern.order());
+  const double formed_before = formed();
+  work_.assembly *= assembly_share(8 * numbers);
+  const double more = formed() - formed_before;
   LinearCandidate& dense = candidate(Linear::dense_cholesky);
   dense.memory = linalg::DenseCholesky::memory(pattern.order());
+  dense.work += more;
   LinearCandidate& iterated = candidate(Linear::explicit_pcg);
+  iterated.work += more;
   iterated.inner_work = per_nanosecond * number_nanoseconds * numbers;
   iterated.memory = linalg::ExplicitSystem::memory(pattern);
   dense.lower_bound = iterated.lower_bound = false;
@@ -107,7 +123,8 @@ const LinearCandidate& LinearForecast::best(InnerIterations expected) const {
   return *std::min_element(candidates_.begin(), candidates_.end(),
                            [&](const LinearCandidate& a, const LinearCandidate& b) {
                              if (a.fits != b.fits) return a.fits;
-                             return a.work_with(expected) < b.work_with(expected);
+                             return weight(a) * a.work_with(expected) <
+                                    weight(b) * b.work_with(expected);
                            });
 }
 

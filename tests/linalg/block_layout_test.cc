@@ -16,6 +16,7 @@ namespace raybundle::linalg {
 namespace {
 
 using Indices = std::vector<std::int64_t>;
+using Begins = LargeVector<std::int64_t>;
 using List = LargeVector<std::int32_t>;
 using test::BlockSystem;
 
@@ -49,12 +50,12 @@ TEST(BlockLayout, EqualHubsOfNeighbouringLeavesAreNotARepetition) {
 
 TEST(BlockLayout, IncidenceOfBothSides) {
   const BlockLayout layout = example();
-  EXPECT_EQ(layout.leaf_side.begin, (LargeVector<std::int64_t>{0, 2, 2, 4})) << "leaf 1 is empty";
+  EXPECT_EQ(layout.leaf_side.begin, (Begins{0, 2, 2, 4})) << "leaf 1 is empty";
   EXPECT_TRUE(layout.leaf_side.list.empty());
   EXPECT_TRUE(positions(layout.leaf_side).empty());
   EXPECT_EQ(layout.leaf_side.block, (List{0, 0, 2, 2}));
   EXPECT_EQ(layout.hub_side.block, (List{1, 2, 0, 2}));
-  EXPECT_EQ(layout.hub_side.begin, (LargeVector<std::int64_t>{0, 1, 2, 4, 4})) << "hub 3 is empty";
+  EXPECT_EQ(layout.hub_side.begin, (Begins{0, 1, 2, 4, 4})) << "hub 3 is empty";
   EXPECT_EQ(layout.hub_side.list, (List{2, 0, 1, 3}));
   EXPECT_EQ(positions(layout.hub_side), (List{1, 2, 0, 3}));
 }
@@ -157,8 +158,8 @@ TEST(BlockLayout, AnchorsMustSeeTheirLeaf) {
 TEST(BlockLayout, NoRowsAtAll) {
   const BlockLayout layout = make_layout({2, 9, 3}, 2, 3, {}, {});
   EXPECT_EQ(layout.couplings, 0);
-  EXPECT_EQ(layout.hub_side.begin, (Indices{0, 0, 0}));
-  EXPECT_EQ(layout.leaf_side.begin, (Indices{0, 0, 0, 0}));
+  EXPECT_EQ(layout.hub_side.begin, (Begins{0, 0, 0}));
+  EXPECT_EQ(layout.leaf_side.begin, (Begins{0, 0, 0, 0}));
 }
 
 TEST(KernelTable, RefusesShapesNobodyCompiled) {

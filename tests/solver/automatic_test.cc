@@ -27,7 +27,7 @@ double work(const LinearChoice& choice, const LinearCandidate& candidate) {
   return candidate.work_with(choice.expected);
 }
 
-// What was taken is the least of all, bounds included.
+// What was taken is the least of all, bounds included, but for what an exact step is worth.
 void expect_least(const Summary& summary) {
   const LinearChoice& choice = summary.linear_choice;
   ASSERT_EQ(choice.candidates.size(), 4U);
@@ -36,7 +36,9 @@ void expect_least(const Summary& summary) {
     if (taken.linear != summary.options.linear) continue;
     EXPECT_FALSE(taken.lower_bound);
     for (const LinearCandidate& other : choice.candidates) {
-      EXPECT_LE(work(choice, taken), work(choice, other)) << name(other.linear);
+      const bool exact = iterates(other.linear) && !iterates(taken.linear);
+      EXPECT_LE(work(choice, taken), (exact ? 1.25 : 1) * work(choice, other))
+          << name(other.linear);
     }
   }
 }
@@ -66,7 +68,7 @@ TEST(Automatic, IteratesWhereManyCamerasSeeLittle) {
 }
 
 TEST(Automatic, GoesOverToFactorisingWhenTheInnerIterationsAreMany) {
-  Problem problem = street(60, 900);
+  Problem problem = street(60, 3000);
   const Summary summary = solve(problem, {});
   EXPECT_EQ(outcome(summary.termination), Outcome::converged) << summary.message;
   ASSERT_GT(summary.iterations.size(), 3U);
@@ -74,7 +76,7 @@ TEST(Automatic, GoesOverToFactorisingWhenTheInnerIterationsAreMany) {
   EXPECT_EQ(summary.iterations.back().inner_iterations, 0);
   EXPECT_EQ(summary.options.linear, Linear::dense_cholesky);
   EXPECT_NE(summary.linear_solver.find(", then "), std::string::npos) << summary.linear_solver;
-  Problem again = street(60, 900);
+  Problem again = street(60, 3000);
   const double expected = solve(again, {.method = Method::lm_cholesky}).final_cost;
   EXPECT_NEAR(summary.final_cost, expected, 1e-5 * expected);
 }
