@@ -27,7 +27,7 @@ constexpr double number_nanoseconds = 0.3;   // of the matrix, in a product with
 constexpr double planning_share = 0.5;       // of an assembly
 
 // Steps that are exact are worth more than they save.
-double weight(const LinearCandidate& way) { return iterates(way.linear) ? 1.25 : 1; }
+double weight(const LinearCandidate& way) { return iterates(way.linear) ? 1.4 : 1; }
 
 // Of an assembly over that into a matrix that fits the caches.
 double assembly_share(double matrix_bytes) {

@@ -37,7 +37,7 @@ void expect_least(const Summary& summary) {
     EXPECT_FALSE(taken.lower_bound);
     for (const LinearCandidate& other : choice.candidates) {
       const bool exact = iterates(other.linear) && !iterates(taken.linear);
-      EXPECT_LE(work(choice, taken), (exact ? 1.25 : 1) * work(choice, other))
+      EXPECT_LE(work(choice, taken), (exact ? 1.4 : 1) * work(choice, other))
           << name(other.linear);
     }
   }
