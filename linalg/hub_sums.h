@@ -23,17 +23,16 @@ class HubSums {
   /// The same of `size` numbers, whatever they belong to.
   template <class Add>
   double* form_all(const BlockLayout& layout, std::int64_t size, ThreadPool& pool, Add&& add) {
-    const Chunks pieces = HubSums::pieces(layout, size);
-    parts_.resize(index(std::max<std::int64_t>(pieces.pieces, 1) * size));
-    if (pieces.pieces == 0) std::fill_n(parts_.data(), size, 0.0);
-    pool.run(pieces.pieces, [&](std::int64_t piece) {
+    const std::int64_t pieces = HubSums::pieces(layout, size);
+    parts_.resize(index(pieces * size));
+    pool.run(pieces, [&](std::int64_t piece) {
       double* part = parts_.data() + piece * size;
       std::fill_n(part, size, 0.0);
-      add(pieces.begin(piece), pieces.end(piece), piece, part);
+      add(first_leaf(layout, piece, pieces), first_leaf(layout, piece + 1, pieces), piece, part);
     });
     parallel_for(pool, size, 1024, [&](std::int64_t first, std::int64_t last) {
       double* sum = parts_.data();
-      for (std::int64_t k = 1; k < pieces.pieces; ++k) {
+      for (std::int64_t k = 1; k < pieces; ++k) {
         const double* part = parts_.data() + k * size;
         for (std::int64_t i = first; i < last; ++i) sum[i] += part[i];
       }
@@ -50,14 +49,23 @@ class HubSums {
   /// Bytes of the sums of some numbers per hub.
   static double memory(const LayoutSize& n, std::int64_t numbers) {
     const std::int64_t size = n.hubs * numbers;
-    return 8 * static_cast<double>(size * std::max<std::int64_t>(pieces(n, size).pieces, 1));
+    return 8 * static_cast<double>(size * pieces(n, size));
   }
 
  private:
   template <class Sizes>
-  static Chunks pieces(const Sizes& n, std::int64_t size) {
+  static std::int64_t pieces(const Sizes& n, std::int64_t size) {
     constexpr std::int64_t grain = 128;
-    return chunks(n.leaves, grain, most_parts(n.rows, size));
+    return std::max<std::int64_t>(chunks(n.leaves, grain, most_parts(n.rows, size)).pieces, 1);
+  }
+
+  // So that all pieces have about as many couplings: leaves differ in theirs by orders.
+  static std::int64_t first_leaf(const BlockLayout& layout, std::int64_t piece,
+                                 std::int64_t pieces) {
+    if (piece == pieces) return layout.leaves;
+    const auto& begin = layout.leaf_side.begin;
+    const Chunks couplings = {layout.couplings, pieces};
+    return std::lower_bound(begin.begin(), begin.end() - 1, couplings.begin(piece)) - begin.begin();
   }
 
   LargeVector<double> parts_;
