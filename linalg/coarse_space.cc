@@ -2,6 +2,7 @@
 
 #include <raybundle/linalg/block_factor.h>
 #include <raybundle/linalg/hub_clusters.h>
+#include <raybundle/linalg/schur_complement.h>
 
 #include <Eigen/Core>
 
@@ -54,32 +55,39 @@ SymmetricPattern cluster_pattern(const BlockLayout& layout, const HubClusters& c
   return pattern;
 }
 
+// Small clusters save inner iterations, large ones work: a factorisation may take that of ten
+// products, each of which takes about 200 multiplications a row. Returns the plan of its matrix,
+// whose sparsity is that of the basis.
+CholeskyPlan choose_clusters(const BlockLayout& layout, int threads, CoarseBasis& basis) {
+  constexpr std::int64_t smallest = 8;
+  const double most_work = 10 * 200 * static_cast<double>(layout.rows);
+  for (std::int64_t size = smallest;; size *= 2) {
+    HubClusters clusters = cluster_hubs(layout, size);
+    basis.pattern = cluster_pattern(layout, clusters, basis.most_clusters);
+    CholeskyPlan plan = plan_cholesky(basis.pattern, threads);
+    if (plan.work > most_work && clusters.count > 1) continue;
+    basis.cluster = std::move(clusters.of_hub);
+    return plan;
+  }
+}
+
 }  // namespace
 
 CoarseSpace::CoarseSpace(const BlockLayout& layout, ThreadPool& pool)
     : layout_(layout), pool_(pool), modes_(coarse_modes(layout.hub_size)) {
-  choose_clusters();
+  cholesky_ = Cholesky::make(choose_clusters(layout, pool.threads(), basis_), pool);
   list_hubs();
   basis_.P.resize(index(layout.hubs * layout.hub_size * modes_));
   feels_.resize(index(layout.unknowns()));
   c_.resize(index(basis_.pattern.order()));
 }
 
-// Small clusters save inner iterations, large ones work: a factorisation may take that of ten
-// products, each of which takes about 200 multiplications a row.
-void CoarseSpace::choose_clusters() {
-  constexpr std::int64_t smallest = 8;
-  const double most_work = 10 * 200 * static_cast<double>(layout_.rows);
-  for (std::int64_t size = smallest;; size *= 2) {
-    HubClusters clusters = cluster_hubs(layout_, size);
-    SymmetricPattern pattern = cluster_pattern(layout_, clusters, basis_.most_clusters);
-    CholeskyPlan plan = plan_cholesky(pattern, pool_.threads());
-    if (plan.work > most_work && clusters.count > 1) continue;
-    basis_.cluster = std::move(clusters.of_hub);
-    basis_.pattern = std::move(pattern);
-    cholesky_ = Cholesky::make(std::move(plan), pool_);
-    return;
-  }
+double CoarseSpace::memory(const BlockLayout& layout, int threads) {
+  CoarseBasis basis;
+  const CholeskyPlan plan = choose_clusters(layout, threads, basis);
+  const auto modes = static_cast<double>(layout.size(Side::hubs) * coarse_modes(layout.hub_size));
+  return plan.memory + SchurComplement::coarse_memory(layout, basis) +
+         8 * (modes + static_cast<double>(layout.unknowns()));
 }
 
 void CoarseSpace::list_hubs() {

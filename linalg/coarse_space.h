@@ -26,11 +26,13 @@ class CoarseSpace {
   /// z += P (P^T A P)^-1 P^T r.
   void add_correction(const double* r, double* z);
 
+  /// Bytes of it and of what the Schur complement takes for it. Chooses the clusters.
+  static double memory(const BlockLayout& layout, int threads);
+
   std::int64_t clusters() const { return basis_.pattern.blocks(); }
   const CoarseBasis& basis() const { return basis_; }  ///< as the last build() left it
 
  private:
-  void choose_clusters();
   void list_hubs();
   void take_modes(const Linearization& at);
   void orthonormalise(const DiagonalBlocks& diagonal);

@@ -48,7 +48,11 @@ class HubSums {
 
   /// Bytes of the sums of some numbers per hub.
   static double memory(const LayoutSize& n, std::int64_t numbers) {
-    const std::int64_t size = n.hubs * numbers;
+    return memory_of_all(n, n.hubs * numbers);
+  }
+  /// ... of `size` numbers; `n`: LayoutSize or BlockLayout.
+  template <class Sizes>
+  static double memory_of_all(const Sizes& n, std::int64_t size) {
     return 8 * static_cast<double>(size * pieces(n, size));
   }
 

@@ -24,6 +24,15 @@ const double* SchurComplement::coarse_matrix(const CoarseBasis& basis) {
   return sums;
 }
 
+double SchurComplement::coarse_memory(const BlockLayout& layout, const CoarseBasis& basis) {
+  const std::int64_t modes = coarse_modes(layout.hub_size);
+  const auto blocks = static_cast<std::int64_t>(basis.pattern.column.size());
+  const std::int64_t numbers = coarse_numbers(layout.hub_size, layout.leaf_size);
+  const auto scratch =
+      static_cast<double>(4 * basis.pattern.blocks() + (4 + 8 * numbers) * basis.most_clusters);
+  return HubSums::memory_of_all(layout, blocks * modes * modes) + max_chunks * scratch;
+}
+
 CoarseView SchurComplement::coarse_view(const CoarseBasis& basis, std::int64_t piece) {
   const std::int64_t numbers = coarse_numbers(layout_.hub_size, layout_.leaf_size);
   return {basis.cluster.data(),

@@ -39,6 +39,8 @@ class SchurComplement final : public ReducedSystem {
   void diagonal_blocks(DiagonalBlocks& out) override;
   void reduced_diagonal(DiagonalBlocks& out, double* v) override;
   const double* coarse_matrix(const CoarseBasis& basis) override;
+  /// Bytes of that.
+  static double coarse_memory(const BlockLayout& layout, const CoarseBasis& basis);
 
   /// Eliminated blocks that Cholesky refused in the last prepare().
   std::int64_t deficient_blocks() const { return deficient_blocks_; }

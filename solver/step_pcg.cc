@@ -223,11 +223,11 @@ double pcg_step_memory(const Options& options, Elimination elimination,
       options.scaling.value_or(DiagonalMatrix::identity) != DiagonalMatrix::identity;
   const MethodTraits& method = traits(options.method);
   const bool held = side && method.bounded && !method.damped;
-  // Modes of hubs, as given and in the basis; the coarse matrix is small beside them.
-  const double modes = has_coarse_space(options)
-                           ? 2.0 * static_cast<double>(n.size(linalg::Side::hubs)) *
-                                 linalg::coarse_modes(n.block.hub)
-                           : 0;
+  // Modes of hubs as given. The rest of a coarse space depends on the sparsity.
+  const double modes =
+      has_coarse_space(options)
+          ? static_cast<double>(n.size(linalg::Side::hubs) * linalg::coarse_modes(n.block.hub))
+          : 0;
   return reduced_system_memory(n, side, false) + linalg::Pcg::memory(size) +
          8 * (modes + (has_blocks ? 2 * blocks : 0)) +
          8 * (scaled ? 3 : 2) * static_cast<double>(size) +

@@ -155,10 +155,13 @@ std::string info_text(const Info& info) {
 
   text += "\nmemory estimates (available: " + bytes_text(linalg::available_memory()) + ")\n";
   for (const MemoryEstimate& each : info.memory.methods) {
-    text +=
-        format("  %-12s %-5s eliminating %-8s %-16s %s%s\n", name(each.method), name(each.points),
-               each.elimination ? name(*each.elimination) : "either", name(each.linear),
-               each.upper_bound ? "at most " : "", bytes_text(each.bytes).c_str());
+    text += format("  %-12s %-5s eliminating %-8s %-16s %s%s", name(each.method), name(each.points),
+                   each.elimination ? name(*each.elimination) : "either", name(each.linear),
+                   each.upper_bound ? "at most " : "", bytes_text(each.bytes).c_str());
+    if (each.bytes_of_two_levels) {
+      text += ", " + bytes_text(*each.bytes_of_two_levels) + " with two levels";
+    }
+    text += "\n";
   }
   if (!info.warnings.empty()) text += "\nwarnings\n";
   for (const std::string& each : info.warnings) text += "  " + each + "\n";
@@ -181,7 +184,9 @@ std::string info_json(const Info& info) {
                       {"elimination", each.elimination ? Json(name(*each.elimination)) : Json()},
                       {"linear", name(each.linear)},
                       {"bytes", each.bytes},
-                      {"upper_bound", each.upper_bound}});
+                      {"upper_bound", each.upper_bound},
+                      {"bytes_of_two_levels",
+                       each.bytes_of_two_levels ? Json(*each.bytes_of_two_levels) : Json()}});
   }
   const Json json = {{"source", info.source},
                      {"cameras", s.cameras},

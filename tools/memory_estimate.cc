@@ -1,5 +1,6 @@
 #include <raybundle/tools/memory_estimate.h>
 
+#include <raybundle/linalg/coarse_space.h>
 #include <raybundle/linalg/dense_cholesky.h>
 #include <raybundle/linalg/explicit_system.h>
 #include <raybundle/linalg/memory.h>
@@ -21,7 +22,9 @@ constexpr double program = 12e6;  // code, libraries, buffers of the system
 /// Collects estimates for one problem.
 class Estimator {
  public:
-  Estimator(const Problem& problem, Lens lens) : problem_(problem), lens_(lens) {}
+  /// `coarse`: bytes of a coarse space.
+  Estimator(const Problem& problem, Lens lens, double coarse)
+      : problem_(problem), lens_(lens), coarse_(coarse) {}
 
   /// `matrix`: bytes of an explicit matrix with its factor.
   void add(Method method, std::optional<Elimination> elimination, Linear linear, double matrix,
@@ -31,7 +34,11 @@ class Estimator {
         resolve({.method = method, .elimination = elimination, .lens = lens_, .points = points});
     const double bytes =
         program + problem_memory(problem_) + working_memory(problem_, options) + matrix;
-    found.push_back({method, points, elimination, linear, bytes, upper_bound});
+    found.push_back({method, points, elimination, linear, bytes, upper_bound, {}});
+    const bool adaptive = options.preconditioner == Preconditioner::adaptive;
+    if (adaptive && iterates(linear) && elimination == Elimination::points) {
+      found.back().bytes_of_two_levels = bytes + coarse_;
+    }
   }
 
   std::vector<MemoryEstimate> found;
@@ -39,6 +46,7 @@ class Estimator {
  private:
   const Problem& problem_;
   Lens lens_;
+  double coarse_;
 };
 
 double sparse_memory(const linalg::SymmetricPattern& pattern) {
@@ -69,7 +77,8 @@ MemoryEstimates estimate_memory(const Problem& problem, Lens lens) {
   result.reduced.order = reduced.order();
   result.reduced.fill = static_cast<double>(reduced.column.size()) / (cameras * (cameras + 1) / 2);
 
-  Estimator estimator(problem, lens);
+  Estimator estimator(problem, lens,
+                      linalg::CoarseSpace::memory(layout, linalg::available_threads()));
   const LinearCandidate automatic = first_choice(layout, pool);
   estimator.add(Method::automatic, E::points, automatic.linear, automatic.memory);
   const double dense = linalg::DenseCholesky::memory(reduced.order());

@@ -17,6 +17,8 @@ struct MemoryEstimate {
   Linear linear;
   double bytes;
   bool upper_bound;  ///< the sparsity was not worked out; taken as full
+  /// With a coarse space too, which Preconditioner::adaptive has where inner iterations are many.
+  std::optional<double> bytes_of_two_levels;
 };
 
 /// The system of the cameras that is left when the points are eliminated.

@@ -33,11 +33,12 @@ class PredictedMemory : public testing::TestWithParam<Scene> {
     estimates_ = json::parse(run({"info", input_, "--json"}).output)["memory"];
   }
 
-  double predicted(const std::string& method, const std::string& linear) const {
+  double predicted(const std::string& method, const std::string& linear,
+                   const char* key = "bytes") const {
     for (const json& each : estimates_) {
       const bool points = each["elimination"] == "points";
       if (each["method"] == method && points && (linear.empty() || each["linear"] == linear)) {
-        return each["bytes"];
+        return each[key];
       }
     }
     ADD_FAILURE() << "no estimate for " << method;
@@ -63,8 +64,10 @@ TEST_P(PredictedMemory, IsWhatASolveTakes) {
     const double bytes = measured({"--method", method});
     EXPECT_NEAR(predicted(method, ""), bytes, 0.1 * bytes) << method;
   }
-  const double bytes = measured({"--method", "lm-cholesky", "--linear", "dense-cholesky"});
-  EXPECT_NEAR(predicted("lm-cholesky", "dense-cholesky"), bytes, 0.1 * bytes);
+  const double dense = measured({"--method", "lm-cholesky", "--linear", "dense-cholesky"});
+  EXPECT_NEAR(predicted("lm-cholesky", "dense-cholesky"), dense, 0.1 * dense);
+  const double two_levels = measured({"--method", "tnm", "--preconditioner", "two-level"});
+  EXPECT_NEAR(predicted("tnm", "", "bytes_of_two_levels"), two_levels, 0.1 * two_levels);
 }
 
 TEST_P(PredictedMemory, OfMoreThanTheLimitIsRefusedWithTheFigures) {
