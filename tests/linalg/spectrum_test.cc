@@ -4,12 +4,10 @@
 
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 
 #include <raybundle/tests/support/block_system.h>
 
@@ -19,15 +17,24 @@ namespace {
 // The reduced matrix of hubs that a row feels.
 Eigen::MatrixXd dense_reduced(const test::BlockSystem& system) {
   const Eigen::MatrixXd H = system.dense.transpose() * system.dense;
-  const Eigen::Index hubs = system.layout.size(Side::hubs);
-  std::vector<Eigen::Index> felt;
-  for (Eigen::Index i = 0; i < hubs; ++i) {
-    if (H(i, i) > 0) felt.push_back(i);
+  const Eigen::Index hubs = system.layout.size(Side::hubs), leaves = H.cols() - hubs;
+  const Eigen::MatrixXd C = H.bottomRightCorner(leaves, leaves);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(C);
+  const double least = 1e-12 * eigen.eigenvalues()[leaves - 1];
+  Eigen::MatrixXd F = H.topRightCorner(hubs, leaves) * eigen.eigenvectors();
+  for (Eigen::Index i = 0; i < leaves; ++i) {
+    const double value = eigen.eigenvalues()[i];
+    F.col(i) *= value > least ? 1 / std::sqrt(value) : 0;
   }
-  const auto B = H(felt, felt);
-  const Eigen::MatrixXd E = H.rightCols(H.cols() - hubs)(felt, Eigen::all);
-  const Eigen::MatrixXd C = H.bottomRightCorner(H.rows() - hubs, H.cols() - hubs);
-  return B - E * C.completeOrthogonalDecomposition().solve(E.transpose());
+  Eigen::MatrixXd S = H.topLeftCorner(hubs, hubs);
+  S -= F * F.transpose();
+  Eigen::Index felt = 0;
+  for (Eigen::Index i = 0; i < hubs; ++i) {
+    if (H(i, i) == 0) continue;
+    S.row(felt) = S.row(i);
+    S.col(felt++) = S.col(i);
+  }
+  return S.topLeftCorner(felt, felt);
 }
 
 class ReducedSpectrumOf : public testing::TestWithParam<test::BlockSystemOptions> {};
