@@ -1,6 +1,7 @@
 #include <raybundle/linalg/large_vector.h>
 
 #include <raybundle/linalg/huge_pages.h>
+#include <raybundle/linalg/sanitized.h>
 
 #include <new>
 
@@ -9,12 +10,10 @@ namespace {
 
 constexpr std::align_val_t cache_line{HugePages::granularity};
 
-// The address sanitizer sees the ends of what has been allocated by itself.
-#ifdef __SANITIZE_ADDRESS__
-constexpr bool shares_huge_pages(std::size_t /*bytes*/) { return false; }
-#else
-constexpr bool shares_huge_pages(std::size_t bytes) { return bytes >= std::size_t{1} << 15; }
-#endif
+// A sanitizer sees the ends of what has been allocated by itself.
+constexpr bool shares_huge_pages(std::size_t bytes) {
+  return !sanitized && bytes >= std::size_t{1} << 15;
+}
 
 }  // namespace
 

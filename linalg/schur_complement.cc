@@ -15,14 +15,15 @@ namespace {
 // Of one block of a side.
 std::int64_t most_rows(const BlockLayout& layout, Side side) {
   const Incidence& blocks = layout.incidence(side);
-  const auto& rows_of = layout.coupling_rows;
+  const auto rows_of = [&](std::int64_t c) {
+    const auto& begin = layout.coupling_rows;
+    return begin.empty() ? 1 : begin[index(c + 1)] - begin[index(c)];
+  };
   std::int64_t most = 0;
   for (std::int64_t b = 0; b < layout.block_count(side); ++b) {
-    const std::int64_t first = blocks.begin[index(b)], last = blocks.begin[index(b + 1)];
-    std::int64_t rows = rows_of.empty() ? last - first : 0;
-    for (std::int64_t k = first; !rows_of.empty() && k < last; ++k) {
-      const std::int64_t c = blocks.list.empty() ? k : blocks.list[index(k)];
-      rows += rows_of[index(c + 1)] - rows_of[index(c)];
+    std::int64_t rows = 0;
+    for (std::int64_t p = blocks.begin[index(b)]; p < blocks.begin[index(b + 1)]; ++p) {
+      rows += rows_of(blocks.list.empty() ? p : blocks.list[index(p)]);
     }
     most = std::max(most, rows);
   }

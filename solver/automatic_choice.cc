@@ -6,7 +6,6 @@
 #include <utility>
 
 namespace raybundle {
-
 namespace {
 
 constexpr double convincing = 1.25;  // of what is known, in what is guessed

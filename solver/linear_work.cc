@@ -29,8 +29,8 @@ constexpr double planning_share = 0.5;       // of an assembly
 // Steps that are exact are worth more than they save.
 double weight(const LinearCandidate& way) { return iterates(way.linear) ? 1.4 : 1; }
 
-// Of an assembly over that into a matrix that fits the caches.
-double assembly_share(double matrix_bytes) {
+// Work of an assembly into a matrix of so many bytes over that into one which fits the caches.
+double assembly_factor(double matrix_bytes) {
   const double far = matrix_bytes / (matrix_bytes + cache_bytes);
   return 1 + far * (far_pair_nanoseconds / pair_nanoseconds - 1);
 }
@@ -86,14 +86,12 @@ LinearCandidate& LinearForecast::candidate(Linear linear) {
 void LinearForecast::add(const linalg::SymmetricPattern& pattern) {
   const auto numbers = static_cast<double>(pattern.scalar_nonzeros());
   const auto order = static_cast<double>(pattern.order());
-  const double formed_before = formed();
-  work_.assembly *= assembly_share(8 * numbers);
-  const double more = formed() - formed_before;
+  assembly_factor_ = assembly_factor(8 * numbers);
   LinearCandidate& dense = candidate(Linear::dense_cholesky);
   dense.memory = linalg::DenseCholesky::memory(pattern.order());
-  dense.work += more;
+  dense.work = formed() + linalg::front_work(order, 0);
   LinearCandidate& iterated = candidate(Linear::explicit_pcg);
-  iterated.work += more;
+  iterated.work = formed();
   iterated.inner_work = per_nanosecond * number_nanoseconds * numbers;
   iterated.memory = linalg::ExplicitSystem::memory(pattern);
   dense.lower_bound = iterated.lower_bound = false;

@@ -13,7 +13,7 @@ struct LinearWork {
   double elimination = 0;     ///< what every step has
   double preconditioner = 0;  ///< the diagonal of the reduced matrix
   double coarse = 0;          ///< the coarse space of a step by two levels
-  double assembly = 0;        ///< the whole of the reduced matrix
+  double assembly = 0;        ///< the whole of the reduced matrix, within the caches
 };
 
 /// Of a layout whose leaves are eliminated.
@@ -44,10 +44,11 @@ class LinearForecast {
 
  private:
   LinearCandidate& candidate(Linear linear);
-  double formed() const { return work_.elimination + work_.assembly; }
+  double formed() const { return work_.elimination + assembly_factor_ * work_.assembly; }
   void see_what_fits();
 
   LinearWork work_;
+  double assembly_factor_ = 1;  // at least; for a matrix beyond the caches
   double memory_limit_;
   std::vector<LinearCandidate> candidates_;
 };

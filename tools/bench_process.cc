@@ -19,6 +19,8 @@
 #include <sstream>
 #include <system_error>
 
+#include <raybundle/linalg/sanitized.h>
+
 namespace raybundle::tools {
 namespace {
 
@@ -143,7 +145,9 @@ void watch(const ProcessRequest& request, pid_t child, Clock::time_point start,
   result.timed_out = !result.interrupted;
   ::kill(child, SIGTERM);
   const auto told = Clock::now();
-  for (double left = request.grace; left > 0; left = request.grace - seconds_since(told)) {
+  while (true) {
+    const double left = request.grace - seconds_since(told);
+    if (left <= 0) break;
     if (ended(handle.number(), left, signals)) return;
   }
   ::kill(child, SIGKILL);
@@ -160,21 +164,7 @@ std::string read_all(int file) {
 
 }  // namespace
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)  // GCC
-#define RAYBUNDLE_SANITIZED 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define RAYBUNDLE_SANITIZED 1
-#endif
-#endif
-
-bool limits_memory() {
-#ifdef RAYBUNDLE_SANITIZED
-  return false;
-#else
-  return true;
-#endif
-}
+bool limits_memory() { return !linalg::sanitized; }
 
 ProcessResult run_process(const ProcessRequest& request) {
   std::vector<std::string> words = request.command;
