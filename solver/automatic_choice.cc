@@ -23,9 +23,12 @@ Linear AutomaticChoice::decide(InnerIterations expected, bool first) {
 // To a way that forms the matrix, which has to be planned.
 bool AutomaticChoice::is_worth_a_change(InnerIterations expected, bool first) const {
   if (refused_) return false;
-  const double work = forecast_.best(expected).work_with(expected);
-  const double without = forecast_.candidates().back().work_with(expected);
-  return first ? work < without : convincing * work + forecast_.planning() < without;
+  const LinearCandidate& best = forecast_.best(expected);
+  const LinearCandidate& without = forecast_.candidates().back();
+  if (first) {
+    return LinearForecast::weighed(best, expected) < LinearForecast::weighed(without, expected);
+  }
+  return convincing * best.work_with(expected) + forecast_.planning() < without.work_with(expected);
 }
 
 // First the sparsity of the matrix, then what it takes to factorise it.

@@ -26,9 +26,6 @@ constexpr double cache_bytes = 16e6;         // where it is halfway between
 constexpr double number_nanoseconds = 0.3;   // of the matrix, in a product with it
 constexpr double planning_share = 0.5;       // of an assembly
 
-// Steps that are exact are worth more than they save.
-double weight(const LinearCandidate& way) { return iterates(way.linear) ? 1.4 : 1; }
-
 // Work of an assembly into a matrix of so many bytes over that into one which fits the caches.
 double assembly_factor(double matrix_bytes) {
   const double far = matrix_bytes / (matrix_bytes + cache_bytes);
@@ -121,9 +118,12 @@ const LinearCandidate& LinearForecast::best(InnerIterations expected) const {
   return *std::min_element(candidates_.begin(), candidates_.end(),
                            [&](const LinearCandidate& a, const LinearCandidate& b) {
                              if (a.fits != b.fits) return a.fits;
-                             return weight(a) * a.work_with(expected) <
-                                    weight(b) * b.work_with(expected);
+                             return weighed(a, expected) < weighed(b, expected);
                            });
+}
+
+double LinearForecast::weighed(const LinearCandidate& way, InnerIterations expected) {
+  return (iterates(way.linear) ? worth_of_exact_steps : 1) * way.work_with(expected);
 }
 
 double LinearForecast::planning() const { return planning_share * work_.assembly; }

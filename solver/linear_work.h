@@ -35,6 +35,9 @@ class LinearForecast {
   void add(const linalg::SymmetricPattern& pattern);
   void add(const linalg::CholeskyPlan& plan);
 
+  /// Work for one step as it counts: a way that iterates is taken to need more steps, by this.
+  static constexpr double worth_of_exact_steps = 1.35;
+  static double weighed(const LinearCandidate& way, InnerIterations expected);
   /// The least of those that fit.
   const LinearCandidate& best(InnerIterations expected) const;
   /// What it takes to learn the sparsity and to analyse it, once.

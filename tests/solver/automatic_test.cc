@@ -23,10 +23,6 @@ Problem street(std::int64_t cameras, std::int64_t points) {
   return scenes::street({.seed = 4, .cameras = cameras, .points = points});
 }
 
-double work(const LinearChoice& choice, const LinearCandidate& candidate) {
-  return candidate.work_with(choice.expected);
-}
-
 // What was taken is the least of all, bounds included, but for what an exact step is worth.
 void expect_least(const Summary& summary) {
   const LinearChoice& choice = summary.linear_choice;
@@ -36,8 +32,8 @@ void expect_least(const Summary& summary) {
     if (taken.linear != summary.options.linear) continue;
     EXPECT_FALSE(taken.lower_bound);
     for (const LinearCandidate& other : choice.candidates) {
-      const bool exact = iterates(other.linear) && !iterates(taken.linear);
-      EXPECT_LE(work(choice, taken), (exact ? 1.4 : 1) * work(choice, other))
+      EXPECT_LE(LinearForecast::weighed(taken, choice.expected),
+                LinearForecast::weighed(other, choice.expected))
           << name(other.linear);
     }
   }
