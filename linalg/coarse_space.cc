@@ -2,6 +2,7 @@
 
 #include <raybundle/linalg/block_factor.h>
 #include <raybundle/linalg/hub_clusters.h>
+#include <raybundle/linalg/memory.h>
 #include <raybundle/linalg/schur_complement.h>
 
 #include <Eigen/Core>
@@ -10,6 +11,7 @@
 #include <array>
 #include <limits>
 #include <numeric>
+#include <string>
 #include <utility>
 
 namespace raybundle::linalg {
@@ -56,8 +58,9 @@ SymmetricPattern cluster_pattern(const BlockLayout& layout, const HubClusters& c
 }
 
 // Small clusters save inner iterations, large ones work: a factorisation may take that of ten
-// products, each of which takes about 200 multiplications a row. Returns the plan of its matrix,
-// whose sparsity is that of the basis.
+// products, each of which takes about 200 multiplications a row, where clusters can be so large:
+// what is not connected stays apart. Returns the plan of its matrix, whose sparsity is that of the
+// basis.
 CholeskyPlan choose_clusters(const BlockLayout& layout, int threads, CoarseBasis& basis) {
   constexpr std::int64_t smallest = 8;
   const double most_work = 10 * 200 * static_cast<double>(layout.rows);
@@ -65,17 +68,28 @@ CholeskyPlan choose_clusters(const BlockLayout& layout, int threads, CoarseBasis
     HubClusters clusters = cluster_hubs(layout, size);
     basis.pattern = cluster_pattern(layout, clusters, basis.most_clusters);
     CholeskyPlan plan = plan_cholesky(basis.pattern, threads);
-    if (plan.work > most_work && clusters.count > 1) continue;
+    if (plan.work > most_work && clusters.count > 1 && size < layout.hubs) continue;
     basis.cluster = std::move(clusters.of_hub);
     return plan;
   }
 }
 
+double memory_of(const BlockLayout& layout, const CoarseBasis& basis, const CholeskyPlan& plan) {
+  const auto modes = static_cast<double>(layout.size(Side::hubs) * coarse_modes(layout.hub_size));
+  return plan.memory + SchurComplement::coarse_memory(layout, basis) +
+         8 * (modes + static_cast<double>(layout.unknowns()));
+}
+
 }  // namespace
 
-CoarseSpace::CoarseSpace(const BlockLayout& layout, ThreadPool& pool)
+CoarseSpace::CoarseSpace(const BlockLayout& layout, ThreadPool& pool, double memory_limit)
     : layout_(layout), pool_(pool), modes_(coarse_modes(layout.hub_size)) {
-  cholesky_ = Cholesky::make(choose_clusters(layout, pool.threads(), basis_), pool);
+  CholeskyPlan plan = choose_clusters(layout, pool.threads(), basis_);
+  const double needed = memory_of(layout, basis_, plan);
+  const std::string what = "a coarse space of " + std::to_string(clusters()) + " clusters";
+  require_memory(needed, what);
+  require_memory(needed, memory_limit, what);
+  cholesky_ = Cholesky::make(std::move(plan), pool);
   list_hubs();
   basis_.P.resize(index(layout.hubs * layout.hub_size * modes_));
   feels_.resize(index(layout.unknowns()));
@@ -85,9 +99,7 @@ CoarseSpace::CoarseSpace(const BlockLayout& layout, ThreadPool& pool)
 double CoarseSpace::memory(const BlockLayout& layout, int threads) {
   CoarseBasis basis;
   const CholeskyPlan plan = choose_clusters(layout, threads, basis);
-  const auto modes = static_cast<double>(layout.size(Side::hubs) * coarse_modes(layout.hub_size));
-  return plan.memory + SchurComplement::coarse_memory(layout, basis) +
-         8 * (modes + static_cast<double>(layout.unknowns()));
+  return memory_of(layout, basis, plan);
 }
 
 void CoarseSpace::list_hubs() {

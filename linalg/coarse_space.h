@@ -3,6 +3,7 @@
 #include <raybundle/linalg/cholesky.h>
 #include <raybundle/linalg/reduced_system.h>
 
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -14,8 +15,10 @@ namespace raybundle::linalg {
 /// not move with them.
 class CoarseSpace {
  public:
-  /// `layout` and `pool` outlive it. Throws std::bad_alloc.
-  CoarseSpace(const BlockLayout& layout, ThreadPool& pool);
+  /// `layout` and `pool` outlive it. Throws MemoryRefusal where it would take more than is
+  /// available or than `memory_limit` bytes.
+  CoarseSpace(const BlockLayout& layout, ThreadPool& pool,
+              double memory_limit = std::numeric_limits<double>::infinity());
 
   /// From a prepared system, its linearisation, and the diagonal blocks of A; of the unknowns D x
   /// with D^-1 A D^-1 where `inverse_scaling` has D^-1, else it is null. False where P^T A P has no

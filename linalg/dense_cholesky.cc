@@ -5,22 +5,17 @@
 
 namespace raybundle::linalg {
 
-DenseCholesky::AlignedArray DenseCholesky::allocate(std::int64_t count) {
-  const std::size_t bytes = static_cast<std::size_t>(count) * sizeof(double);
-  return AlignedArray(static_cast<double*>(::operator new(bytes, alignment)));
-}
-
 DenseCholesky::DenseCholesky(std::int64_t order, InstructionSet set)
     : order_(order),
       kernels_(&dense_kernels(set)),
-      strips_((order + kernels_->strip - 1) / kernels_->strip),
+      strips_(ceil_div(order, kernels_->strip)),
       tiled_(*kernels_, strips_) {
   const std::int64_t strip = kernels_->strip;
   const std::int64_t padded = strips_ * strip;
-  packed_ = allocate(strip * strip / 2 * strips_ * (strips_ + 1));
-  inverse_diagonal_ = allocate(padded);
-  threshold_ = allocate(padded);
-  triangle_ = {order_, packed_.get(), inverse_diagonal_.get(), threshold_.get()};
+  packed_.resize(static_cast<std::size_t>(strip * strip / 2 * strips_ * (strips_ + 1)));
+  inverse_diagonal_.resize(static_cast<std::size_t>(padded));
+  threshold_.resize(static_cast<std::size_t>(padded));
+  triangle_ = {order_, packed_.data(), inverse_diagonal_.data(), threshold_.data()};
 }
 
 bool DenseCholesky::factor(double* A, std::int64_t ld, ThreadPool& pool) {

@@ -1,9 +1,8 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
-#include <new>
 
+#include <raybundle/linalg/large_vector.h>
 #include <raybundle/linalg/tiled_cholesky.h>
 
 namespace raybundle::linalg {
@@ -42,19 +41,12 @@ class DenseCholesky {
   void solve(const double* A, std::int64_t ld, double* b) const;
 
  private:
-  struct AlignedDelete {
-    void operator()(double* p) const { ::operator delete(p, alignment); }
-  };
-  using AlignedArray = std::unique_ptr<double[], AlignedDelete>;
-  static constexpr std::align_val_t alignment{64};
-  static AlignedArray allocate(std::int64_t count);
-
   void set_thresholds(const double* A, std::int64_t ld);
 
   std::int64_t order_;
   const DenseKernels* kernels_;
   std::int64_t strips_;
-  AlignedArray packed_, inverse_diagonal_, threshold_;
+  LargeVector<double> packed_, inverse_diagonal_, threshold_;
   PackedTriangle triangle_;
   TiledCholesky tiled_;
 };

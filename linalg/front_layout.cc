@@ -1,12 +1,12 @@
 #include <raybundle/linalg/front_layout.h>
 
+#include <raybundle/linalg/kernels/dense_kernels.h>
+
 #include <algorithm>
 #include <array>
 
 namespace raybundle::linalg {
 namespace {
-
-std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return (a + b - 1) / b; }
 
 // An arena with two ends: what waits for fronts of even depth stands at one, of odd depth at the
 // other. So a front's C is written while those of its children are read, and both ends are stacks.

@@ -1,10 +1,31 @@
 #include <raybundle/linalg/memory.h>
 
+#include <raybundle/linalg/control_group.h>
+#include <raybundle/linalg/system_file.h>
+
+#include <sys/resource.h>
+
 #include <algorithm>
-#include <fstream>
 #include <limits>
 
 namespace raybundle::linalg {
+namespace {
+
+constexpr double no_limit = std::numeric_limits<double>::max();
+
+double bytes_of_process(const char* key) {
+  return 1024 * number_in("/proc/self/status", key).value_or(0);
+}
+
+/// What a limit of this process leaves, `key` being what counts towards it.
+double left_of_limit(decltype(RLIMIT_DATA) resource, const char* key) {
+  rlimit limit = {};
+  if (::getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return no_limit;
+  return std::max(0.0, static_cast<double>(limit.rlim_cur) - bytes_of_process(key));
+}
+
+}  // namespace
+
 std::string memory_text(double bytes) {
   constexpr double mebi = 1024.0 * 1024.0;
   const bool large = bytes >= 1024 * mebi;
@@ -12,25 +33,12 @@ std::string memory_text(double bytes) {
   return text.substr(0, text.find('.') + 2) + (large ? " GiB" : " MiB");
 }
 
-double resident_memory() {
-  std::ifstream file("/proc/self/status");
-  for (std::string key; file >> key;) {
-    double kibibytes = 0;
-    if (key == "VmRSS:" && file >> kibibytes) return kibibytes * 1024;
-    file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
-  }
-  return 0;
-}
+double resident_memory() { return bytes_of_process("VmRSS:"); }
 
 double available_memory() {
-  std::ifstream file("/proc/meminfo");
-  std::string key, unit;
-  double kibibytes = 0;
-  while (file >> key >> kibibytes) {
-    if (key == "MemAvailable:") return kibibytes * 1024;
-    std::getline(file, unit);
-  }
-  return std::numeric_limits<double>::max();
+  const auto kibibytes = number_in("/proc/meminfo", "MemAvailable:");
+  return std::min({kibibytes ? 1024 * *kibibytes : no_limit, control_group_memory(),
+                   left_of_limit(RLIMIT_DATA, "VmData:"), left_of_limit(RLIMIT_AS, "VmSize:")});
 }
 
 void require_memory(double bytes, const std::string& what) {

@@ -17,7 +17,9 @@ class MemoryRefusal : public std::bad_alloc {
   std::string message_;
 };
 
-/// Bytes that can still be used without swapping; the largest number when the system does not say.
+/// Bytes that this process can still take: what the system has without swapping, or what control
+/// groups or the process's own limits of data and address space leave, if that is less; the largest
+/// number where nobody says. Reads a few small files of the system.
 double available_memory();
 
 /// Bytes of this process that are in memory now.

@@ -1,6 +1,7 @@
 #include <raybundle/linalg/parallel.h>
 
 #include <atomic>
+#include <cmath>
 #include <condition_variable>
 #include <cstdint>
 #include <exception>
@@ -14,6 +15,7 @@
 #include <sched.h>
 #endif
 
+#include <raybundle/linalg/control_group.h>
 #include <raybundle/linalg/cpu.h>
 
 namespace raybundle::linalg {
@@ -28,15 +30,20 @@ constexpr std::int64_t max_job_chunks = std::numeric_limits<std::uint32_t>::max(
 constexpr std::uint64_t job_of(std::uint64_t ticket) { return ticket >> 32U; }
 constexpr std::uint64_t remaining_in(std::uint64_t ticket) { return ticket & 0xffffffffU; }
 
-}  // namespace
-
-int available_threads() {
+int allowed_cores() {
 #if defined(__linux__)
   cpu_set_t set;
   CPU_ZERO(&set);
-  if (sched_getaffinity(0, sizeof set, &set) == 0) return std::max(1, CPU_COUNT(&set));
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return CPU_COUNT(&set);
 #endif
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return static_cast<int>(std::thread::hardware_concurrency());
+}
+
+}  // namespace
+
+int available_threads() {
+  const double quota = std::ceil(control_group_processors());
+  return std::max(1, static_cast<int>(std::min<double>(allowed_cores(), quota)));
 }
 
 /// How a job runs. The caller writes the job's fields, then publishes a ticket with a new job

@@ -10,7 +10,8 @@
 /// Threads and deterministic loops over them.
 namespace raybundle::linalg {
 
-/// All cores this process may use (the scheduler's affinity mask is respected), at least 1.
+/// Cores of this process: those that the scheduler's affinity mask allows, or as many as control
+/// groups give time for, rounded up, if these are fewer; at least 1.
 int available_threads();
 
 /// A fixed crew of worker threads; the calling thread works too. Idle workers spin for some

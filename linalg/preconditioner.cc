@@ -20,7 +20,7 @@ void invert_diagonal(const DiagonalBlocks& blocks, std::vector<double>& inverse)
 
 }  // namespace
 
-void Preconditioner::build(Form form, const DiagonalBlocks& blocks) {
+void Preconditioner::build(Form form, const DiagonalBlocks& blocks, ThreadPool& pool) {
   form_ = form;
   if (form == Form::diagonal) invert_diagonal(blocks, inverse_);
   if (form != Form::blocks) return;
@@ -32,10 +32,12 @@ void Preconditioner::build(Form form, const DiagonalBlocks& blocks) {
     factors.count = run.count;
     factors.values.resize(run.values.size());
     const int entries = run.size * run.size;
-    for (std::int64_t b = 0; b < run.count; ++b) {
-      inverse_factor(run.values.data() + b * entries, run.size,
-                     factors.values.data() + b * entries);
-    }
+    parallel_for(pool, run.count, 64, [&](std::int64_t first, std::int64_t last) {
+      for (std::int64_t b = first; b < last; ++b) {
+        inverse_factor(run.values.data() + b * entries, run.size,
+                       factors.values.data() + b * entries);
+      }
+    });
   }
 }
 

@@ -11,7 +11,7 @@ class Preconditioner {
 
   /// Takes the blocks, or their diagonals; blocks that are not definite act as their
   /// pseudo-inverse.
-  void build(Form form, const DiagonalBlocks& blocks);
+  void build(Form form, const DiagonalBlocks& blocks, ThreadPool& pool);
   void apply(const double* r, double* z, std::int64_t size, ThreadPool& pool) const;
 
  private:

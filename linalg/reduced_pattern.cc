@@ -43,37 +43,45 @@ class Neighbours {
   LargeVector<std::int32_t> position_;
 };
 
-// A reduced matrix can have the square of the kept blocks. Where it may be large its blocks are
-// counted before any is stored: what cannot be held is refused here and not half-way.
-void require_pattern_memory(const BlockLayout& layout, Side eliminated_side) {
-  const Side kept_side = opposite(eliminated_side);
+// No more than this, without looking at who shares what.
+double most_blocks(const BlockLayout& layout, Side eliminated_side) {
   const Incidence& eliminated = layout.incidence(eliminated_side);
-  const std::int64_t count = layout.block_count(kept_side);
   double blocks = 0;
   for (std::int64_t e = 0; e < layout.block_count(eliminated_side); ++e) {
     const auto degree =
         static_cast<double>(eliminated.begin[index(e + 1)] - eliminated.begin[index(e)]);
     blocks += degree * (degree + 1) / 2;
   }
-  const auto all = static_cast<double>(count);
-  blocks = std::min(blocks, all * (all + 1) / 2);
+  const auto all = static_cast<double>(layout.block_count(opposite(eliminated_side)));
+  return std::min(blocks, all * (all + 1) / 2);
+}
+
+// A reduced matrix can have the square of the kept blocks. Where it may be large its blocks are
+// counted before any is stored: what cannot be held is refused here and not half-way. The least
+// that any use of it takes is the matrix itself; what a factorisation has beside it depends on its
+// kind.
+void require_pattern_memory(const BlockLayout& layout, Side eliminated) {
   constexpr double few = 1e7;
-  if (blocks > few) {
-    blocks = static_cast<double>(count);
-    const Neighbours neighbours(layout, eliminated_side);
-    std::vector<std::int32_t> seen(index(count), -1);
-    for (std::int64_t a = 0; a < count; ++a) {
-      neighbours.visit_after(a, seen, [&](std::int32_t) { ++blocks; });
-    }
-  }
-  // The least that any factorisation takes: a full matrix in dense storage, with its workspace, has
-  // 24 bytes per entry of the triangle (dense_cholesky.h); sparse storage has more.
-  const double size = layout.block_size(kept_side);
-  require_memory(blocks * (24 * size * size + 12),
-                 "the reduced matrix of " + std::to_string(count) + " blocks");
+  double blocks = most_blocks(layout, eliminated);
+  if (blocks > few) blocks = static_cast<double>(count_reduced_blocks(layout, eliminated));
+  const Side kept = opposite(eliminated);
+  const double size = layout.block_size(kept);
+  require_memory(blocks * (8 * size * size + 12),
+                 "the reduced matrix of " + std::to_string(layout.block_count(kept)) + " blocks");
 }
 
 }  // namespace
+
+std::int64_t count_reduced_blocks(const BlockLayout& layout, Side eliminated) {
+  const std::int64_t count = layout.block_count(opposite(eliminated));
+  const Neighbours neighbours(layout, eliminated);
+  std::vector<std::int32_t> seen(index(count), -1);
+  std::int64_t blocks = count;
+  for (std::int64_t a = 0; a < count; ++a) {
+    neighbours.visit_after(a, seen, [&](std::int32_t) { ++blocks; });
+  }
+  return blocks;
+}
 
 SymmetricPattern reduced_pattern(const BlockLayout& layout, Side eliminated, ThreadPool& pool) {
   require_pattern_memory(layout, eliminated);

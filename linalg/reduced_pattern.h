@@ -3,11 +3,16 @@
 #include <raybundle/linalg/parallel.h>
 #include <raybundle/linalg/symmetric_blocks.h>
 
+#include <cstdint>
+
 namespace raybundle::linalg {
 
 /// Sparsity of the reduced matrix after the elimination of a side: blocks of the other side are
-/// neighbours where they share an eliminated block. Throws MemoryRefusal when not even the least of
-/// storages could hold the matrix.
+/// neighbours where they share an eliminated block. Throws MemoryRefusal where the matrix alone
+/// would take more than is available.
 SymmetricPattern reduced_pattern(const BlockLayout& layout, Side eliminated, ThreadPool& pool);
+
+/// How many blocks the upper triangle of that matrix has; takes next to no memory.
+std::int64_t count_reduced_blocks(const BlockLayout& layout, Side eliminated);
 
 }  // namespace raybundle::linalg

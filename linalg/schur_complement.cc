@@ -122,12 +122,14 @@ const double* SchurComplement::eliminated_blocks() const {
 void SchurComplement::factor_deficient(const std::vector<std::int64_t>& blocks) {
   deficient_blocks_ = static_cast<std::int64_t>(blocks.size());
   const int size = layout_.block_size(eliminated_);
-  std::array<double, 144> A;
-  for (const std::int64_t e : blocks) {
-    std::copy_n(eliminated_blocks() + e * size * size, size * size, A.begin());
-    for (int i = 0; i < size; ++i) A[index(i * size + i)] += damping(eliminated_)[e * size + i];
-    pseudo_inverse_factor(A.data(), size, M_.data() + e * size * size);
-  }
+  parallel_for(pool_, deficient_blocks_, 16, [&](std::int64_t first, std::int64_t last) {
+    for (std::array<double, 144> A; first < last; ++first) {
+      const std::int64_t e = blocks[index(first)];
+      std::copy_n(eliminated_blocks() + e * size * size, size * size, A.begin());
+      for (int i = 0; i < size; ++i) A[index(i * size + i)] += damping(eliminated_)[e * size + i];
+      pseudo_inverse_factor(A.data(), size, M_.data() + e * size * size);
+    }
+  });
 }
 
 const double* SchurComplement::own_gradient() const {

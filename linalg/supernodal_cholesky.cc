@@ -14,7 +14,7 @@ constexpr std::int64_t tile_strips = 8;
 
 constexpr std::int64_t padded(std::int64_t numbers) {
   constexpr std::int64_t line = alignment / 8;
-  return (numbers + line - 1) / line * line;
+  return ceil_div(numbers, line) * line;
 }
 
 double* aligned(double* p) {
@@ -55,7 +55,6 @@ SupernodalCholesky::SupernodalCholesky(const SymmetricPattern& pattern, Supernod
 
 double SupernodalCholesky::memory(const SymmetricPattern& pattern, const Supernodes& supernodes,
                                   int threads) {
-  constexpr std::int64_t widest_strip = 24, widest_step = 8;  // those of AVX-512
   const FrontLayout layout(supernodes, widest_strip, widest_step, threads);
   const double numbers =
       static_cast<double>(layout.factor_size) + static_cast<double>(layout.pivots_size) +
@@ -178,7 +177,7 @@ bool SupernodalCholesky::factor_front(const SymmetricBlocks& A, const Task& task
 template <class Body>
 void SupernodalCholesky::for_pieces(const Task& task, std::int64_t count, std::int64_t grain,
                                     Body&& body) {
-  const std::int64_t pieces = (count + grain - 1) / grain;
+  const std::int64_t pieces = ceil_div(count, grain);
   const auto piece = [&](std::int64_t i) { body(i * grain, std::min(count, (i + 1) * grain)); };
   if (task.alone || pieces == 1) {
     for (std::int64_t i = 0; i < pieces; ++i) piece(i);
@@ -263,7 +262,7 @@ void SupernodalCholesky::add_child(std::int32_t child, const Task& task) {
   const PackedTriangle rest = {front.height, kept(task.front, task.arena), nullptr, nullptr};
   const std::int64_t eliminated = std::lower_bound(target, target + from.height, width) - target;
   for_pieces(task, from.rows_strips, 2, [&](std::int64_t first, std::int64_t last) {
-    std::array<double*, 24> of_front, of_rest;  // rows, column 0
+    std::array<double*, widest_strip> of_front, of_rest;  // rows, column 0
     for (std::int64_t p = first; p < last; ++p) {
       const std::int64_t top = p * strip;
       const std::int64_t height = std::min(strip, from.height - top);
@@ -289,7 +288,7 @@ void SupernodalCholesky::subtract_squares(const Task& task) {
   const FrontLayout::Front& front = layout_.fronts[index(task.front)];
   const PackedTriangle C = {front.height, kept(task.front, task.arena), nullptr, nullptr};
   const PackedRows R = rows(front);
-  const std::int64_t tiles = (front.rows_strips + tile_strips - 1) / tile_strips;
+  const std::int64_t tiles = ceil_div(front.rows_strips, tile_strips);
   const auto strips = [&](std::int64_t tile) {
     return StripRange{tile * tile_strips, std::min(front.rows_strips, (tile + 1) * tile_strips)};
   };

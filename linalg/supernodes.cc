@@ -3,6 +3,8 @@
 
 #include <raybundle/linalg/supernodes.h>
 
+#include <raybundle/linalg/kernels/dense_kernels.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -181,7 +183,8 @@ Supernodes find_supernodes(const SymmetricPattern& pattern,
 // Beside the products: each number is cleared and written once, what is kept for the parent is
 // added to it number by number, and a front has some work of its own.
 double front_work(double width, double height) {
-  constexpr double strip = 24, step = 8;
+  constexpr auto strip = static_cast<double>(widest_strip);
+  constexpr auto step = static_cast<double>(widest_step);
   constexpr double per_number = 8, per_kept_number = 16, per_front = 20000;
   const double w = rounded_up(width, step), h = rounded_up(height, strip);
   return w * w * w / 6 + w * w * h / 2 + w * h * h / 2 + per_number * w * (w / 2 + h) +

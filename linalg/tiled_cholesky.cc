@@ -20,10 +20,6 @@ constexpr std::int64_t parallel_order = 160;
 /// Rows of a tile: a tile and two slices of its rows share the second-level cache.
 constexpr std::int64_t largest_tile = 192;
 constexpr std::int64_t smallest_tile = 48;
-/// Columns multiplied at a time: eight rows of so many columns stay in the first-level cache.
-constexpr std::int64_t slice_columns = 240;
-
-std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return (a + b - 1) / b; }
 
 /// Strips per tile: large tiles need fewer reads per product, small ones keep all threads busy.
 std::int64_t choose_tile(std::int64_t order, std::int64_t strip, int threads) {

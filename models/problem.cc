@@ -66,7 +66,7 @@ void validate(const Problem& problem) {
   validate(problem, alone);
 }
 
-void validate(const Problem& problem, linalg::ThreadPool& pool) {
+void validate_sizes(const Problem& problem) {
   if (problem.cameras.size() % Problem::camera_size != 0) {
     fail(std::to_string(problem.cameras.size()) + " camera parameters", "a multiple of 9");
   }
@@ -93,6 +93,10 @@ void validate(const Problem& problem, linalg::ThreadPool& pool) {
     check_size("marks of fixed points", problem.fixed_points.size(),
                static_cast<std::size_t>(problem.point_count()));
   }
+}
+
+void validate(const Problem& problem, linalg::ThreadPool& pool) {
+  validate_sizes(problem);
   for (const std::uint16_t mask : problem.fixed_camera_parameters) {
     if (mask >> Problem::camera_size != 0) {
       fail("a mask of " + std::to_string(mask) + " for fixed camera parameters", "nine bits");

@@ -46,5 +46,6 @@ struct Problem {
 /// there is no camera, no point or no observation. Cameras and points nobody observes are legal.
 void validate(const Problem& problem);
 void validate(const Problem& problem, linalg::ThreadPool& pool);  ///< the same, in parallel
+void validate_sizes(const Problem& problem);                      ///< of the arrays alone
 
 }  // namespace raybundle

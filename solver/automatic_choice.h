@@ -19,6 +19,8 @@ class AutomaticChoice {
 
   /// Of a step; `first`: of the first one.
   Linear decide(InnerIterations expected, bool first);
+  /// From now on so many bytes.
+  void leave(double memory_limit) { forecast_.leave(memory_limit); }
   /// After a failure to allocate: products with the Jacobian are all that is left.
   void give_up() { refused_ = true; }
 

@@ -118,6 +118,9 @@ std::string Convergence::explain(Termination termination, const Summary& summary
     case Termination::bad_start:
       text << "failed: the cost or the gradient of the start is not finite";
       break;
+    case Termination::out_of_memory:
+      text << "failed: the system has no more memory";
+      break;
   }
   return text.str();
 }

@@ -3,7 +3,6 @@
 #include <raybundle/linalg/dense_cholesky.h>
 #include <raybundle/linalg/explicit_system.h>
 #include <raybundle/linalg/memory.h>
-#include <raybundle/solver/step.h>
 
 #include <algorithm>
 
@@ -50,8 +49,10 @@ LinearWork linear_work(const linalg::BlockLayout& layout) {
           .assembly = per_nanosecond * pair_nanoseconds * width * width * pairs};
 }
 
-InnerIterations expected_after(int inner_iterations, bool two_level) {
-  if (two_level || inner_iterations <= many_inner_iterations) return {inner_iterations, two_level};
+InnerIterations expected_after(const StepReport& report) {
+  if (report.two_level || !report.two_level_next) {
+    return {report.inner_iterations, report.two_level};
+  }
   constexpr int mostly_of_two_levels = 20;
   return {mostly_of_two_levels, true};
 }
@@ -106,6 +107,11 @@ void LinearForecast::add(const linalg::CholeskyPlan& plan) {
   sparse.work = analysed ? formed() + linalg::factor_work(plan.supernodes) : dense.work;
   sparse.memory = analysed ? plan.sparse_memory : dense.memory;
   sparse.lower_bound = false;
+  see_what_fits();
+}
+
+void LinearForecast::leave(double memory_limit) {
+  memory_limit_ = memory_limit;
   see_what_fits();
 }
 

@@ -1,13 +1,14 @@
 #pragma once
 
 #include <raybundle/linalg/cholesky.h>
-#include <raybundle/solver/summary.h>
+#include <raybundle/solver/step.h>
 
 namespace raybundle {
 
 /// What the ways to a damped step cost, in multiplications with addition as a processor does them
 /// from its caches; what waits for memory counts for more than it has. A prediction from sizes
-/// alone, so that what is chosen by it is the same on every machine and for any number of threads.
+/// alone, so that what is chosen by it is the same on every machine and for any number of threads,
+/// as long as what it chooses fits into memory.
 struct LinearWork {
   double product = 0;         ///< one implicit product of the reduced system
   double elimination = 0;     ///< what every step has
@@ -19,9 +20,9 @@ struct LinearWork {
 /// Of a layout whose leaves are eliminated.
 LinearWork linear_work(const linalg::BlockLayout& layout);
 
-/// In the step after one of so many: as many again, or, where Preconditioner::adaptive goes over to
-/// two levels then, as many as steps with these mostly take.
-InnerIterations expected_after(int inner_iterations, bool two_level);
+/// In the step after that: as many again, or, where Preconditioner::adaptive goes over to two
+/// levels then, as many as steps with these mostly take.
+InnerIterations expected_after(const StepReport& report);
 
 /// The four ways side by side. Before the sparsity of the reduced matrix is known the ways that
 /// form it have a lower bound of their work.
@@ -29,6 +30,9 @@ class LinearForecast {
  public:
   /// `memory_limit`: bytes that matrix and factor may take.
   LinearForecast(const linalg::BlockLayout& layout, double memory_limit);
+
+  /// From now on so many bytes.
+  void leave(double memory_limit);
 
   /// Takes the sparsity of the matrix into account, which leaves the sparse factorisation with a
   /// bound, and then its analysis; and what there is of memory.

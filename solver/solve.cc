@@ -34,6 +34,7 @@ double require_working_memory(const Problem& problem, const Options& options) {
 Summary solve(Problem& problem, const Options& options, const Observer& observer) {
   const auto start = TrustRegion::Clock::now();
   Options effective = resolve(options);
+  validate_sizes(problem);  // what is predicted counts on them
   const bool graduated = traits(effective.method).graduated && effective.loss != Loss::none;
   if (graduated && !effective.loss_start_scale) {
     validate(problem);

@@ -23,15 +23,17 @@ struct StepRequest {
   /// |D p| of each eliminated block: nothing else holds a step of theirs without damping.
   std::optional<double> block_radius = {};
   InnerTolerance tolerance = {};  ///< of inner iterations
+  double grown = 0;               ///< bytes that all else takes more than when the steps were made
 };
 
 struct StepReport {
   bool solved = false;  ///< false: the system could not be factorised, or broke down at once
   int inner_iterations = 0;
-  bool two_level = false;     ///< they had a coarse space from the first on
-  bool inner_capped = false;  ///< they were at their limit
-  bool on_boundary = false;   ///< the trust region cut the step
-  double length = 0;          ///< |D p| over the unknowns solved for; 0 where there is no region
+  bool two_level = false;       ///< they had a coarse space from the first on ...
+  bool two_level_next = false;  ///< ... and those of the next step will have one
+  bool inner_capped = false;    ///< they were at their limit
+  bool on_boundary = false;     ///< the trust region cut the step
+  double length = 0;            ///< |D p| over the unknowns solved for; 0 where there is no region
   bool block_on_boundary = false;  ///< the block radius mattered
   double block_length = 0;         ///< what it may be after this step; 0 where there is none
   Elimination eliminated = Elimination::points;

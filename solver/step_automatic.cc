@@ -22,10 +22,10 @@ class AutomaticStep final : public StepSolver {
   }
 
   StepReport solve(const StepRequest& request, double* step) override {
-    if (iterates(linear()) && iterated_) reconsider();
+    if (iterates(linear()) && iterated_) reconsider(request.grown);
     const StepReport report = solver_->solve(request, step);
     iterated_ = report.inner_iterations > 0;
-    if (iterated_) expected_ = expected_after(report.inner_iterations, report.two_level);
+    if (iterated_) expected_ = expected_after(report);
     return report;
   }
 
@@ -35,7 +35,8 @@ class AutomaticStep final : public StepSolver {
   LinearChoice choice() const override { return {choice_.forecast().candidates(), decided_for_}; }
 
  private:
-  void reconsider() {
+  void reconsider(double grown) {
+    if (grown > 0) choice_.leave(options_.memory_limit - grown);
     const Linear best = choice_.decide(expected_, false);
     if (best >= linear()) return;  // the enumeration goes from fixed to growing work
     before_ += solver_->description() + ", then ";
@@ -58,7 +59,9 @@ class AutomaticStep final : public StepSolver {
       return make_pcg_step(options_, Elimination::points, layout_, pool_);
     }
     if (linear == Linear::explicit_pcg) {
-      return make_explicit_pcg_step(options_, Elimination::points, layout_, pool_,
+      Options options = options_;
+      if (expected_.two_level) options.preconditioner = Preconditioner::two_level;
+      return make_explicit_pcg_step(options, Elimination::points, layout_, pool_,
                                     choice_.pattern());
     }
     return make_cholesky_step(options_, layout_, pool_, choice_.take_plan(linear));

@@ -39,11 +39,14 @@ class PcgStep final : public StepSolver {
         layout_(layout),
         pool_(pool),
         matrix_memory_(matrix_memory),
+        memory_limit_(options.memory_limit - matrix_memory),
         system_(std::move(system)),
         pcg_(system_->size(), pool),
         b_(index(system_->size())),
         x_(index(system_->size())) {
-    if (preconditioner_kind_ == Preconditioner::two_level) coarse_.emplace(layout, pool);
+    if (preconditioner_kind_ == Preconditioner::two_level) {
+      coarse_.emplace(layout, pool, memory_limit_);
+    }
   }
 
   StepReport solve(const StepRequest& request, double* step) override {
@@ -79,7 +82,7 @@ class PcgStep final : public StepSolver {
                        (matrix_memory_ > 0 ? "explicit" : "implicit") + " system of order " +
                        std::to_string(system_->size()) + ", preconditioner " +
                        name(preconditioner_kind_);
-    if (coarse_) text += " with " + std::to_string(coarse_->clusters()) + " clusters";
+    if (coarse_acts_) text += " with " + std::to_string(coarse_->clusters()) + " clusters";
     return text;
   }
 
@@ -108,13 +111,14 @@ class PcgStep final : public StepSolver {
     linalg::Pcg::Result result = iterate(until);
     report.inner_iterations = result.iterations;
     report.two_level = coarse_acts_;
-    if (adaptive_ && result.iterations > many_inner_iterations) make_coarse_space();
+    if (adaptive_ && result.iterations > many_inner_iterations) make_coarse_space(request.grown);
     if (may_begin_anew && result.end == linalg::Pcg::End::max_iterations) {
       if (coarse_) build_coarse_space(request);
       until.max_iterations = max_iterations_;
       result = iterate(until);
       report.inner_iterations += result.iterations;
     }
+    report.two_level_next = coarse_.has_value();
     return result;
   }
 
@@ -130,17 +134,22 @@ class PcgStep final : public StepSolver {
   }
 
   // Without the memory for it things stay as they are.
-  void make_coarse_space() {
+  void make_coarse_space(double grown) {
     adaptive_ = false;
     try {
-      coarse_.emplace(layout_, pool_);
+      coarse_.emplace(layout_, pool_, memory_limit_ - grown);
     } catch (const std::bad_alloc&) {
       coarse_.reset();
     }
   }
 
   void build_coarse_space(const StepRequest& request) {
-    coarse_acts_ = coarse_->build(*system_, request.at, blocks_, inverse_);
+    try {
+      coarse_acts_ = coarse_->build(*system_, request.at, blocks_, inverse_);
+    } catch (const std::bad_alloc&) {
+      coarse_.reset();
+      coarse_acts_ = false;
+    }
   }
 
   // The preconditioner of the scaled matrix: that of A, with its blocks scaled. The right side, b_,
@@ -152,12 +161,13 @@ class PcgStep final : public StepSolver {
       system_->reduced_diagonal(blocks_, b_.data());
     } else {
       system_->gradient(b_.data());
-      if (kind == Preconditioner::identity) return preconditioner_.build(Form::identity, blocks_);
+      if (kind == Preconditioner::identity)
+        return preconditioner_.build(Form::identity, blocks_, pool_);
       system_->diagonal_blocks(blocks_);
     }
     if (inverse_ != nullptr) scale_blocks();
     const bool diagonal = kind == Preconditioner::diag_b || kind == Preconditioner::diag_s;
-    preconditioner_.build(diagonal ? Form::diagonal : Form::blocks, blocks_);
+    preconditioner_.build(diagonal ? Form::diagonal : Form::blocks, blocks_, pool_);
     if (coarse_) build_coarse_space(request);
   }
 
@@ -194,6 +204,7 @@ class PcgStep final : public StepSolver {
   const linalg::BlockLayout& layout_;
   linalg::ThreadPool& pool_;
   double matrix_memory_;  // bytes; 0: products are with the Jacobian
+  double memory_limit_;   // bytes that a coarse space may take
   std::unique_ptr<linalg::ReducedSystem> system_;
   linalg::Pcg pcg_;
   linalg::Preconditioner preconditioner_;

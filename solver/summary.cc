@@ -21,6 +21,7 @@ constexpr std::array table = {
     TerminationInfo{"radius_limit", Outcome::failed},
     TerminationInfo{"consecutive_failures", Outcome::failed},
     TerminationInfo{"bad_start", Outcome::failed},
+    TerminationInfo{"out_of_memory", Outcome::failed},
 };
 
 const TerminationInfo& info(Termination value) { return table[static_cast<std::size_t>(value)]; }

@@ -22,6 +22,7 @@ enum class Termination {
   radius_limit,          ///< the trust region is at its limit and no step lowers the cost
   consecutive_failures,  ///< too many rejected steps in a row
   bad_start,             ///< cost or gradient of the start is not finite
+  out_of_memory,         ///< something could not be allocated on the way
 };
 const char* name(Termination value);
 

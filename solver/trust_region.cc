@@ -21,6 +21,7 @@
 
 #include <cmath>
 #include <limits>
+#include <new>
 #include <utility>
 
 namespace raybundle {
@@ -80,21 +81,29 @@ Summary TrustRegion::run(State& state) {
   candidate_ = state_;
   start();
   while (!stopped_) {
-    begin_record();
-    compute_step();
-    if (step_valid_) {
-      propose();
-      evaluate_candidate();
+    try {
+      iterate();
+    } catch (const std::bad_alloc&) {
+      stop(Termination::out_of_memory);
     }
-    judge();
-    if (record_.accepted) {
-      linearize();
-      diagnose();
-    }
-    end_iteration();
   }
   state = std::move(state_);
   return std::move(summary_);
+}
+
+void TrustRegion::iterate() {
+  begin_record();
+  compute_step();
+  if (step_valid_) {
+    propose();
+    evaluate_candidate();
+  }
+  judge();
+  if (record_.accepted) {
+    linearize();
+    diagnose();
+  }
+  end_iteration();
 }
 
 void TrustRegion::start() {
@@ -140,6 +149,7 @@ void TrustRegion::compute_step() {
   if (forcing_) request.tolerance = forcing_->tolerance();
   if (radius_) request.radius = radius_->radius();
   if (block_radius_) request.block_radius = block_radius_->radius();
+  if (summary_.widened_at >= 0) request.grown = widening_memory();
   report_ = steps_.solve(request, step_.data());
   relinearised_ = false;
   summary_.linear_solves += report_.linear_solves;
@@ -273,7 +283,7 @@ void TrustRegion::stop(Termination termination) {
   summary_.message = Convergence::explain(termination, summary_);
   if (!loss_.is_final()) {  // start and end are comparable
     set_loss_scale(*summary_.options.loss_scale);
-    linearize();
+    if (termination != Termination::out_of_memory) linearize();
   }
   summary_.final_cost = cost_;
   summary_.options.precision = J_.precision();

@@ -35,6 +35,7 @@ class TrustRegion {
 
  private:
   void start();
+  void iterate();
   void compute_step();
   void propose();
   void predict_decrease(const std::optional<double>& known_curvature);  // |J p|^2
@@ -47,6 +48,7 @@ class TrustRegion {
   void tighten_loss();
   bool rounding_is_suspect(const std::optional<Termination>& verdict) const;
   void widen_rows();
+  double widening_memory() const;
   void set_loss_scale(double scale);
   void stop(Termination termination);
 

@@ -87,11 +87,15 @@ bool TrustRegion::rounding_is_suspect(const std::optional<Termination>& verdict)
   if (summary_.options.precision || J_.precision() == Precision::double_precision) return false;
   const bool failed = verdict && outcome(*verdict) == Outcome::failed;
   if (!failed && (record_.iteration == 0 || report_.solved)) return false;
-  const linalg::BlockLayout& layout = objective_.layout();
-  const double more =
-      4.0 * static_cast<double>(layout.residuals()) * (layout.hub_size + layout.leaf_size);
+  const double more = widening_memory();
   return more < linalg::available_memory() &&
          more < summary_.options.memory_limit - linalg::resident_memory();
+}
+
+// What rows take more in double precision.
+double TrustRegion::widening_memory() const {
+  const linalg::BlockLayout& layout = objective_.layout();
+  return 4.0 * static_cast<double>(layout.residuals()) * (layout.hub_size + layout.leaf_size);
 }
 
 // Once, and with it a fresh start of what failures taught.

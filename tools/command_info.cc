@@ -121,6 +121,10 @@ Info inspect(const std::string& input) {
   return info;
 }
 
+const char* in_words(Bound bound) {
+  return bound == Bound::none ? "" : bound == Bound::at_most ? "at most " : "at least ";
+}
+
 std::string count(std::int64_t value) { return std::to_string(value); }
 
 std::string info_text(const Info& info) {
@@ -157,7 +161,7 @@ std::string info_text(const Info& info) {
   for (const MemoryEstimate& each : info.memory.methods) {
     text += format("  %-12s %-5s eliminating %-8s %-16s %s%s", name(each.method), name(each.points),
                    each.elimination ? name(*each.elimination) : "either", name(each.linear),
-                   each.upper_bound ? "at most " : "", bytes_text(each.bytes).c_str());
+                   in_words(each.bound), bytes_text(each.bytes).c_str());
     if (each.bytes_of_two_levels) {
       text += ", " + bytes_text(*each.bytes_of_two_levels) + " with two levels";
     }
@@ -184,7 +188,8 @@ std::string info_json(const Info& info) {
                       {"elimination", each.elimination ? Json(name(*each.elimination)) : Json()},
                       {"linear", name(each.linear)},
                       {"bytes", each.bytes},
-                      {"upper_bound", each.upper_bound},
+                      {"upper_bound", each.bound == Bound::at_most},
+                      {"lower_bound", each.bound == Bound::at_least},
                       {"bytes_of_two_levels",
                        each.bytes_of_two_levels ? Json(*each.bytes_of_two_levels) : Json()}});
   }

@@ -187,14 +187,14 @@ bool write_all(const Arguments& arguments, const Problem& problem, SolveRecord& 
 }
 
 ExitCode exit_code(const Summary& summary) {
+  if (summary.termination == Termination::out_of_memory) return ExitCode::no_memory;
   switch (outcome(summary.termination)) {
     case Outcome::converged:
       return ExitCode::usable;
     case Outcome::limit_reached: {
-      const bool nothing_asked =
-          summary.options.max_iterations == 0 || summary.options.time_limit == 0;
+      const bool no_step = summary.iterations.size() <= 1;
       const bool lower = summary.final_cost < summary.initial_cost;
-      return nothing_asked || lower ? ExitCode::usable : ExitCode::numerical_failure;
+      return no_step || lower ? ExitCode::usable : ExitCode::numerical_failure;
     }
     case Outcome::interrupted:
       return ExitCode::interrupted;

@@ -2,20 +2,15 @@
 
 #include <sys/resource.h>
 
-#include <fstream>
-#include <limits>
-#include <string>
+#include <raybundle/linalg/system_file.h>
 
 namespace raybundle::tools {
 
 // The figure of getrusage() survives exec() and may be that of a larger parent; the kernel's
 // high-water mark is this program's own.
 std::int64_t peak_memory() {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    std::int64_t kilobytes = 0;
-    if (word == "VmHWM:" && status >> kilobytes) return kilobytes * 1024;
-    status.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+  if (const auto kibibytes = linalg::number_in("/proc/self/status", "VmHWM:")) {
+    return static_cast<std::int64_t>(*kibibytes) * 1024;
   }
   struct rusage usage {};
   ::getrusage(RUSAGE_SELF, &usage);

@@ -5,6 +5,7 @@
 #include <raybundle/linalg/explicit_system.h>
 #include <raybundle/linalg/memory.h>
 #include <raybundle/linalg/ordering.h>
+#include <raybundle/linalg/reduced_pattern.h>
 #include <raybundle/linalg/schur_complement.h>
 #include <raybundle/linalg/supernodal_cholesky.h>
 #include <raybundle/models/objective.h>
@@ -28,13 +29,13 @@ class Estimator {
 
   /// `matrix`: bytes of an explicit matrix with its factor.
   void add(Method method, std::optional<Elimination> elimination, Linear linear, double matrix,
-           bool upper_bound = false) {
+           Bound bound = Bound::none) {
     const PointModel points = method == Method::dogleg ? PointModel::pmba : PointModel::xyz;
     const Options options =
         resolve({.method = method, .elimination = elimination, .lens = lens_, .points = points});
     const double bytes =
         program + problem_memory(problem_) + working_memory(problem_, options) + matrix;
-    found.push_back({method, points, elimination, linear, bytes, upper_bound, {}});
+    found.push_back({method, points, elimination, linear, bytes, bound, {}});
     const bool adaptive = options.preconditioner == Preconditioner::adaptive;
     if (adaptive && iterates(linear) && elimination == Elimination::points) {
       found.back().bytes_of_two_levels = bytes + coarse_;
@@ -55,6 +56,33 @@ double sparse_memory(const linalg::SymmetricPattern& pattern) {
       linalg::available_threads());
 }
 
+// The matrix of the cameras in its three forms.
+struct ReducedMemory {
+  double dense, sparse, explicit_matrix;
+  Bound of_sparse = Bound::none;
+};
+
+// Where not even its sparsity can be held: the numbers alone, twice where a factor stands beside.
+ReducedMemory without_sparsity(std::int64_t order, double numbers) {
+  return {linalg::DenseCholesky::memory(order), 16 * numbers, 8 * numbers, Bound::at_least};
+}
+
+ReducedMemory reduced_memory(const linalg::BlockLayout& layout, ReducedShape& shape,
+                             linalg::ThreadPool& pool) {
+  using linalg::Side;
+  const auto cameras = static_cast<double>(layout.hubs);
+  const auto blocks = static_cast<double>(linalg::count_reduced_blocks(layout, Side::leaves));
+  shape.order = layout.size(Side::hubs);
+  shape.fill = blocks / (cameras * (cameras + 1) / 2);
+  try {
+    const auto pattern = linalg::reduced_pattern(layout, Side::leaves, pool);
+    return {linalg::DenseCholesky::memory(shape.order), sparse_memory(pattern),
+            linalg::ExplicitSystem::memory(pattern)};
+  } catch (const linalg::MemoryRefusal&) {
+    return without_sparsity(shape.order, blocks * layout.hub_size * layout.hub_size);
+  }
+}
+
 /// What `auto` starts with.
 LinearCandidate first_choice(const linalg::BlockLayout& layout, linalg::ThreadPool& pool) {
   AutomaticChoice choice(layout, pool, linalg::available_memory());
@@ -71,34 +99,30 @@ MemoryEstimates estimate_memory(const Problem& problem, Lens lens) {
   linalg::ThreadPool pool(1);
   const Objective objective(problem, {.lens = lens}, pool);
   const linalg::BlockLayout& layout = objective.layout();
-  const auto reduced = make_reduced_system(layout, linalg::Side::leaves, pool)->pattern();
-  const auto cameras = static_cast<double>(problem.camera_count());
   MemoryEstimates result;
-  result.reduced.order = reduced.order();
-  result.reduced.fill = static_cast<double>(reduced.column.size()) / (cameras * (cameras + 1) / 2);
-
+  const ReducedMemory reduced = reduced_memory(layout, result.reduced, pool);
   Estimator estimator(problem, lens,
                       linalg::CoarseSpace::memory(layout, linalg::available_threads()));
   const LinearCandidate automatic = first_choice(layout, pool);
   estimator.add(Method::automatic, E::points, automatic.linear, automatic.memory);
-  const double dense = linalg::DenseCholesky::memory(reduced.order());
-  const double sparse = sparse_memory(reduced);
-  estimator.add(Method::lm_cholesky, E::points, Linear::dense_cholesky, dense);
-  estimator.add(Method::lm_cholesky, E::points, Linear::sparse_cholesky, sparse);
+  const auto add_factorised = [&](Method method) {
+    estimator.add(method, E::points, Linear::dense_cholesky, reduced.dense);
+    estimator.add(method, E::points, Linear::sparse_cholesky, reduced.sparse, reduced.of_sparse);
+  };
+  add_factorised(Method::lm_cholesky);
   estimator.add(Method::lm_cholesky, E::none, Linear::sparse_cholesky,
                 sparse_memory(make_reduced_system(layout, std::nullopt, pool)->pattern()));
   estimator.add(Method::lm_cholesky, E::cameras, Linear::dense_cholesky,
-                linalg::DenseCholesky::memory(layout.size(linalg::Side::leaves)), true);
+                linalg::DenseCholesky::memory(layout.size(linalg::Side::leaves)), Bound::at_most);
   for (const E elimination : {E::points, E::none, E::cameras}) {
     estimator.add(Method::tnm, elimination, Linear::implicit_pcg, 0);
   }
-  estimator.add(Method::tnm, E::points, Linear::explicit_pcg,
-                linalg::ExplicitSystem::memory(reduced));
+  estimator.add(Method::tnm, E::points, Linear::explicit_pcg, reduced.explicit_matrix,
+                reduced.of_sparse);
   estimator.add(Method::dinm, E::points, Linear::implicit_pcg, 0);
   estimator.add(Method::adinm, std::nullopt, Linear::implicit_pcg, 0);
   // The pattern is that of coordinates: anchors are among the observers of their point.
-  estimator.add(Method::dogleg, E::points, Linear::dense_cholesky, dense);
-  estimator.add(Method::dogleg, E::points, Linear::sparse_cholesky, sparse);
+  add_factorised(Method::dogleg);
   result.methods = std::move(estimator.found);
   return result;
 }

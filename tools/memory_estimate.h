@@ -9,6 +9,10 @@
 
 namespace raybundle::tools {
 
+/// What is known of a number of bytes where the sparsity of a matrix was not worked out: with a
+/// full one, or without what its factorisation fills in.
+enum class Bound { none, at_most, at_least };
+
 /// What one way to solve a problem is expected to take at most at a time, the problem included.
 struct MemoryEstimate {
   Method method;
@@ -16,7 +20,7 @@ struct MemoryEstimate {
   std::optional<Elimination> elimination;  ///< empty: the method chooses
   Linear linear;
   double bytes;
-  bool upper_bound;  ///< the sparsity was not worked out; taken as full
+  Bound bound;
   /// With a coarse space too, which Preconditioner::adaptive has where inner iterations are many.
   std::optional<double> bytes_of_two_levels;
 };
@@ -33,7 +37,7 @@ struct MemoryEstimates {
 };
 
 /// With the points as coordinates, and for dogleg by parallax. Works out the sparsity of the
-/// reduced system and its factor, hence takes memory itself, but less than a solve.
+/// reduced system and its factor where that fits, hence takes memory itself, but less than a solve.
 MemoryEstimates estimate_memory(const Problem& problem, Lens lens);
 
 }  // namespace raybundle::tools

@@ -130,20 +130,30 @@ def native(results):
 
 
 def slope(points):
-    """Least squares through logarithms."""
-    logs = [(math.log(x), math.log(y)) for x, y in points]
+    """Least squares through logarithms, of the first two numbers of each point."""
+    logs = [(math.log(x), math.log(y)) for x, y, *_ in points]
     mean_x, mean_y = (statistics.fmean(each[k] for each in logs) for k in (0, 1))
     return (sum((x - mean_x) * (y - mean_y) for x, y in logs)
             / sum((x - mean_x) ** 2 for x, _ in logs))
+
+
+def local_exponents(points):
+    """{observations: exponent from the size before}, where both have the same linear solver: what one
+    gains over another would hide how either grows."""
+    kinds = [solver.split(" of order ")[0] for _, _, solver in points]
+    return {points[k][0]: slope(points[k - 1:k + 1]) for k in range(1, len(points)) if kinds[k - 1] == kinds[k]}
 
 
 def growth(results):
     points = results.growth()
     if len(points) < 2:
         return MISSING, ""
-    exponent = slope(points)
-    return (verdict(exponent <= EXPONENT),
-            f"exponent {exponent:.3f} from {points[0][0]:,} to {points[-1][0]:,} observations")
+    exponent, local = slope(points), local_exponents(points)
+    text = f"exponent {exponent:.3f} from {points[0][0]:,} to {points[-1][0]:,} observations"
+    if local:
+        steepest = max(local, key=local.get)
+        text += f", at most {local[steepest]:.3f} between neighbours solved alike, there up to {steepest:,}"
+    return verdict(exponent <= EXPONENT), text
 
 
 def largest(results):

@@ -61,6 +61,11 @@ def phase_median(runs, phase):
     return statistics.median(each[phase] for each in seconds)
 
 
+def per_iteration(runs):
+    """Seconds of an outer iteration, set-up left out: the median of the runs."""
+    return statistics.median((run.end - run.kept[0]["seconds"]) / run.iterations for run in runs)
+
+
 class Results:
     """Of one folder: runs/PROBLEM/{explore,final,screen-T,timed-T-N,twins-N}/VARIANT. `rates`: see machine.py."""
 
@@ -212,16 +217,14 @@ class Results:
         return runs[0].summary["linear_solver"]
 
     def growth(self):
-        """(observations, seconds of an iteration), in order."""
-        found = [(self.counts(file.name)["observations"], self.per_iteration(file.name))
-                 for file in (self.folder / "runs").glob("street-*")]
-        return sorted(each for each in found if each[1])
-
-    def per_iteration(self, problem):
-        """Seconds of an outer iteration, set-up left out: the median of the runs."""
-        found = [run for _, run in self.runs(problem, "growth-*") if run.iterations > 0]
-        return statistics.median((run.end - run.kept[0]["seconds"]) / run.iterations
-                                 for run in found) if found else None
+        """(observations, seconds of an iteration, linear solver in its own words), in order."""
+        found = []
+        for file in (self.folder / "runs").glob("street-*"):
+            runs = [run for _, run in self.runs(file.name, "growth-*") if run.iterations > 0]
+            if runs:
+                found.append((self.counts(file.name)["observations"], per_iteration(runs),
+                              runs[0].summary["linear_solver"]))
+        return sorted(found)
 
     def builds(self):
         """Hashes of the programs that left the runs of our default."""

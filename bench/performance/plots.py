@@ -48,7 +48,7 @@ def growth(results):
     points = results.growth()
     if len(points) < 2:
         return None
-    (x0, y0), exponent = points[0], slope(points)
+    (x0, y0, _), exponent = points[0], slope(points)
     x, y = [each[0] for each in points], [each[1] / y0 for each in points]
     return lines_plot("growth", "Time of an outer iteration over the length of a street",
                       ("observations", "time / that of the shortest"), [

@@ -6,11 +6,11 @@ from reproduce.claims import FAILS, HOLDS, MISSING, count, judged, number
 from reproduce.text import capital, claim_lines, image, table, write_page
 
 from . import plots, scaling
-from .claims import (CLAIMS, LARGEST_COUNT, geometric_mean, largest, observations, slope,
+from .claims import (CLAIMS, LARGEST_COUNT, geometric_mean, largest, local_exponents, observations, slope,
                      speed_ups)
 from .logs import TARGETS
 from .problems import CALIBRATE, FAR, TITLES
-from .scaling import choice, ratio
+from .scaling import choice, ratio, short
 from .variants import AUTO, CERES, DENSE_MOST, FORCED, LOSES, SLOW
 from .work import MORE_ROUNDS, SMALL
 
@@ -65,9 +65,11 @@ def growth(results):
     points = results.growth()
     if len(points) < 2:
         return "Not run.\n"
-    first = points[0]
-    rows = [[f"{x:,}", number(y / first[1]), number((y / x) / (first[1] / first[0]))] for x, y in points]
-    return (table(["observations", "time of an iteration", "the same per observation"], rows)
+    first, local = points[0], local_exponents(points)
+    rows = [[f"{x:,}", short(solver), number(y / first[1]), number((y / x) / (first[1] / first[0])), ratio(local.get(x))]
+            for x, y, solver in points]
+    return (table(["observations", "linear solver", "time of an iteration", "the same per observation",
+                   "exponent from the size before, where solved alike"], rows)
             + f"\nFitted exponent: {slope(points):.3f}.\n")
 
 

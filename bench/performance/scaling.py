@@ -21,8 +21,12 @@ def percent(value):
     return "" if value is None else f"{100 * value:.2g} %"
 
 
+def short(solver):
+    return re.split(r", | \(| with ", solver)[0]
+
+
 def choice(results, name):
-    return re.split(r", | \(| with ", results.linear_solver(name))[0]
+    return short(results.linear_solver(name))
 
 
 def measured(results, names):

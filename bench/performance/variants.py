@@ -20,7 +20,8 @@ SLOW = 50  # ... or this many times the time of our default
 CERES_DEFAULTS = "--function-tolerance 1e-6 --gradient-tolerance 1e-10 --parameter-tolerance 1e-8"
 
 AUTO = "auto"  # our default: no option at all
-# Every way to solve that a user can force; `auto` is to be within 1.25 of the best of them.
+# Methods that a user can force: by factorisation, by conjugate gradients, and by these within a trust
+# region; each chooses the rest by itself. `auto` is to be within 1.25 of the best of them.
 FORCED = {
     "lm-cholesky": "--method lm-cholesky",
     "tnm": "--method tnm",

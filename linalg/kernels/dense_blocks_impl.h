@@ -48,6 +48,10 @@ RAYBUNDLE_INLINE Vec square_root(Vec v) { return Vec{__builtin_sqrt(v[0]), __bui
 
 constexpr Index strip = strip_vectors * lanes;
 
+static_assert(strip % step == 0 && step % lanes == 0);
+static_assert(strip <= widest_strip && step <= widest_step && slice_columns % strip == 0);
+static_assert(lanes < 8 || (strip == widest_strip && step == widest_step));
+
 RAYBUNDLE_INLINE Vec load(const double* p) { return *reinterpret_cast<const Vec*>(p); }
 RAYBUNDLE_INLINE Vec load_unaligned(const double* p) {
   return *reinterpret_cast<const UnalignedVec*>(p);

@@ -18,6 +18,17 @@
 /// not depend on how the work is cut into tiles; they do depend on the instruction set.
 namespace raybundle::linalg {
 
+/// Rows of the widest strip and columns of the widest step, those of AVX-512: for what is predicted
+/// by one layout on every machine, and for arrays that hold a strip of any set.
+inline constexpr std::int64_t widest_strip = 24, widest_step = 8;
+
+/// Columns multiplied at a time, in whole strips: `step` rows of so many stay in the first-level
+/// cache.
+inline constexpr std::int64_t slice_columns = 240;
+
+/// Strips, steps or pieces of `b` that hold `a`. Not for kernels, which call no inline functions.
+constexpr std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return (a + b - 1) / b; }
+
 /// Strips [begin, end).
 struct StripRange {
   std::int64_t begin;

@@ -7,9 +7,6 @@
 namespace raybundle::linalg {
 namespace {
 
-/// Columns multiplied at a time: `step` rows of so many stay in the first-level cache.
-constexpr Index slice = 240;
-
 RAYBUNDLE_INLINE double* strip_begin(const PackedRows& R, Index p) {
   return R.values + p * strip * R.columns;
 }
@@ -19,12 +16,12 @@ RAYBUNDLE_INLINE Index strips_in(const PackedTriangle& L) { return (L.order + st
 /// Columns [first, last) of the rows, whose columns before are done.
 void solve_slice(const PackedTriangle& L, const PackedRows& R, StripRange rows, Index first,
                  Index last) {
-  for (Index k = 0; k < first; k += slice) {
+  for (Index k = 0; k < first; k += slice_columns) {
     for (Index column = first; column < last; column += step) {
       const double* const b = strip_begin(L, column / strip) + k * strip + column % strip;
       for (Index p = rows.begin; p < rows.end; ++p) {
         double* const x = strip_begin(R, p);
-        update_block<strip_vectors>(x + column * strip, x + k * strip, b, slice);
+        update_block<strip_vectors>(x + column * strip, x + k * strip, b, slice_columns);
       }
     }
   }
@@ -39,15 +36,15 @@ void solve_slice(const PackedTriangle& L, const PackedRows& R, StripRange rows, 
 }
 
 void solve_rows(const PackedTriangle& L, const PackedRows& R, StripRange rows) {
-  for (Index first = 0; first < R.columns; first += slice) {
-    solve_slice(L, R, rows, first, smaller(first + slice, R.columns));
+  for (Index first = 0; first < R.columns; first += slice_columns) {
+    solve_slice(L, R, rows, first, smaller(first + slice_columns, R.columns));
   }
 }
 
 void subtract_squares(const PackedTriangle& C, const PackedRows& R, StripRange rows,
                       StripRange columns) {
-  for (Index k = 0; k < R.columns; k += slice) {
-    const Index depth = smaller(slice, R.columns - k);
+  for (Index k = 0; k < R.columns; k += slice_columns) {
+    const Index depth = smaller(slice_columns, R.columns - k);
     for (Index q = columns.begin; q < columns.end; ++q) {
       for (Index j = 0; j < columns_in(C, q); j += step) {
         const double* const b = strip_begin(R, q) + k * strip + j;

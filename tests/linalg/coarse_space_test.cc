@@ -11,6 +11,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include <raybundle/linalg/memory.h>
 #include <raybundle/linalg/preconditioner.h>
 #include <raybundle/tests/support/block_system.h>
 
@@ -151,7 +152,7 @@ TEST(CoarseSpace, ModesAreOrthonormal) {
 // z of all unit vectors, of both levels together.
 MatrixXd applied(Fixture& f) {
   Preconditioner blocks;
-  blocks.build(Preconditioner::Form::blocks, f.diagonal);
+  blocks.build(Preconditioner::Form::blocks, f.diagonal, f.pool);
   const std::int64_t n = f.reduced->size();
   MatrixXd result(n, n);
   for (std::int64_t i = 0; i < n; ++i) {
@@ -207,6 +208,31 @@ TEST(CoarseSpace, HasTheSameBitsForAnyNumberOfThreads) {
   EXPECT_EQ(one.space.basis().P, three.space.basis().P);
   EXPECT_EQ(one.coarse(), three.coarse());
   EXPECT_EQ(applied(one), applied(three));
+}
+
+// Pairs that share leaves with nobody else: no size of the clusters brings them together.
+BlockLayout pairs(std::int32_t count) {
+  std::vector<std::int32_t> leaf, hub;
+  for (std::int32_t l = 0; l < 15 * count; ++l) {
+    for (const std::int32_t side : {0, 1}) leaf.push_back(l), hub.push_back(l / 15 * 2 + side);
+  }
+  return make_layout({2, 9, 3}, 2 * count, 15 * count, leaf, hub);
+}
+
+TEST(CoarseSpace, HasAClusterForEachPartThatIsNotConnected) {
+  ThreadPool pool(1);
+  for (const std::int32_t count : {1, 20, 70}) {
+    const BlockLayout layout = pairs(count);
+    EXPECT_EQ(CoarseSpace(layout, pool).clusters(), count);
+  }
+}
+
+TEST(CoarseSpace, IsRefusedWhereItWouldTakeTooMuch) {
+  ThreadPool pool(1);
+  const BlockLayout layout = pairs(20);
+  const double needed = CoarseSpace::memory(layout, 1);
+  EXPECT_NO_THROW(CoarseSpace(layout, pool, needed));
+  EXPECT_THROW(CoarseSpace(layout, pool, 0.99 * needed), MemoryRefusal);
 }
 
 TEST(CoarseSpace, IsOneOfKeptHubs) {

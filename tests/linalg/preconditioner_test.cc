@@ -72,7 +72,7 @@ TEST_P(Preconditioners, ApplyTheInverseAndPcgConvergesWithEach) {
       } else {
         reduced_->diagonal_blocks(blocks);
       }
-      preconditioner.build(form, blocks);
+      preconditioner.build(form, blocks, pool_);
       const MatrixXd N = expected(form, reduced ? A_ : kept_);
       VectorXd z = VectorXd::Constant(v_.size(), 1e300);
       preconditioner.apply(v_.data(), z.data(), v_.size(), pool_);
@@ -110,10 +110,10 @@ TEST(Preconditioner, IndefiniteAndEmptyEntriesAct) {
   const VectorXd r = VectorXd::Ones(6);
   VectorXd z(6);
   Preconditioner preconditioner;
-  preconditioner.build(Preconditioner::Form::diagonal, blocks);
+  preconditioner.build(Preconditioner::Form::diagonal, blocks, pool);
   preconditioner.apply(r.data(), z.data(), 6, pool);
   EXPECT_TRUE(z.isApprox((VectorXd(6) << 0.25, 0, 1, 0.5, 0.5, 0).finished()));
-  preconditioner.build(Preconditioner::Form::blocks, blocks);
+  preconditioner.build(Preconditioner::Form::blocks, blocks, pool);
   preconditioner.apply(r.data(), z.data(), 6, pool);
   EXPECT_TRUE(z.isApprox((VectorXd(6) << 0.25, 0, 1, 0, 0, 0).finished())) << z.transpose();
 }

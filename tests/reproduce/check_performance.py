@@ -11,6 +11,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import types
 
 
 def require(good, what):
@@ -92,6 +93,18 @@ def check_judgement():
     require(above == (FAILS, "not on 1 of 2: b 1"), f"one fails: {above}")
     require(claims.worst({"a": 2}, lambda x: -x, lambda x: x >= 1.5)[0] == HOLDS, "all hold")
     require(claims.worst({}, lambda x: -x, bool)[0] == MISSING, "nothing was run")
+    dense, sparse = "dense Cholesky of order 9", "sparse Cholesky of order 18 by minimum degree"
+
+    def growth(*points):
+        return claims.growth(types.SimpleNamespace(growth=lambda: list(points)))
+
+    steep = growth((100, 1, dense), (200, 4, dense.replace("9", "18")), (400, 4, sparse))
+    require(steep == (HOLDS, "exponent 1.000 from 100 to 400 observations, at most 2.000 between neighbours solved alike, "
+                             "there up to 200"), f"told: steep between two neighbours: {steep}")
+    require(growth((100, 1, dense), (200, 4, sparse), (400, 4, sparse))[0] == HOLDS, "another linear solver")
+    require(growth((100, 1, dense), (200, 4, sparse)) == (FAILS, "exponent 2.000 from 100 to 200 observations"),
+            "steep over all")
+    require(growth((100, 1, dense))[0] == MISSING, "one size")
 
 
 def check_page(folder, command):

@@ -94,6 +94,18 @@ TEST(Automatic, TakesTwoLevelsWhereFactorisingIsMoreWork) {
   EXPECT_NE(summary.linear_solver.find("clusters"), std::string::npos) << summary.linear_solver;
 }
 
+TEST(InnerIterations, AreThoseOfTwoLevelsOnlyWhereTheseWillBe) {
+  StepReport report = {.inner_iterations = 200};
+  EXPECT_EQ(expected_after(report).count, 200);
+  EXPECT_FALSE(expected_after(report).two_level);
+  report.two_level_next = true;
+  EXPECT_LT(expected_after(report).count, 200);
+  EXPECT_TRUE(expected_after(report).two_level);
+  report.two_level = true;
+  EXPECT_EQ(expected_after(report).count, 200);
+  EXPECT_TRUE(expected_after(report).two_level);
+}
+
 TEST(LinearWork, GrowsWithRowsAndWithPairs) {
   const LinearWork two = linear_work(same_observers(2)), ten = linear_work(same_observers(10));
   EXPECT_DOUBLE_EQ(ten.product, 5 * two.product);

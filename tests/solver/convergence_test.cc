@@ -24,7 +24,8 @@ constexpr std::array all = {Termination::gradient_tolerance,   Termination::func
                             Termination::parameter_tolerance,  Termination::max_iterations,
                             Termination::time_limit,           Termination::stopped,
                             Termination::damping_limit,        Termination::radius_limit,
-                            Termination::consecutive_failures, Termination::bad_start};
+                            Termination::consecutive_failures, Termination::bad_start,
+                            Termination::out_of_memory};
 
 constexpr Convergence::Situation at_100 = {.previous_cost = 100, .next_damping = 1};
 
@@ -229,6 +230,7 @@ TEST(Termination, NamesOutcomesAndReasons) {
   EXPECT_EQ(outcome(Termination::stopped), Outcome::interrupted);
   EXPECT_STREQ(name(Termination::gradient_tolerance), "gradient_tolerance");
   EXPECT_STREQ(name(Termination::bad_start), "bad_start");
+  EXPECT_STREQ(name(Termination::out_of_memory), "out_of_memory");
 }
 
 }  // namespace

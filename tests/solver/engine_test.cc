@@ -3,6 +3,7 @@
 #include <raybundle/solver/solve.h>
 
 #include <cstdint>
+#include <new>
 #include <stdexcept>
 #include <vector>
 
@@ -255,6 +256,27 @@ TEST(Engine, RefusesInconsistentProblems) {
   Problem problem = small_problem();
   problem.observation_point[3] = 1000;
   EXPECT_THROW((void)solve(problem), InputError);
+  problem = small_problem();
+  problem.observation_point.pop_back();
+  EXPECT_THROW((void)solve(problem), InputError);
+  problem = small_problem();
+  problem.observations.clear();
+  EXPECT_THROW((void)solve(problem), InputError);
+}
+
+TEST(Engine, KeepsTheBestStateWhereMemoryEnds) {
+  Problem problem = small_problem();
+  const Problem start = problem;
+  const Summary summary = solve(problem, {}, [](const IterationRecord& record) -> Control {
+    if (record.iteration == 2) throw std::bad_alloc();
+    return Control::proceed;
+  });
+  EXPECT_EQ(summary.termination, Termination::out_of_memory) << summary.message;
+  EXPECT_EQ(outcome(summary.termination), Outcome::failed);
+  EXPECT_LT(summary.final_cost, summary.initial_cost);
+  EXPECT_NE(problem.points, start.points);
+  const double cost = reprojection_statistics(problem).cost;
+  EXPECT_NEAR(cost, summary.final_cost, 1e-12 * cost);
 }
 
 }  // namespace

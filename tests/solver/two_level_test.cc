@@ -7,7 +7,11 @@
 
 #include <gtest/gtest.h>
 
+#include <raybundle/linalg/coarse_space.h>
+#include <raybundle/linalg/memory.h>
+#include <raybundle/models/objective.h>
 #include <raybundle/models/scenes/street.h>
+#include <raybundle/solver/working_memory.h>
 
 namespace raybundle {
 namespace {
@@ -71,6 +75,31 @@ TEST(TwoLevel, ServesARegionWithScaledUnknowns) {
   const Summary one = of(Preconditioner::block_diag_s), two = of(Preconditioner::two_level);
   EXPECT_LE(two.final_cost, one.final_cost * (1 + 1e-3));
   EXPECT_LT(two.inner_iterations, one.inner_iterations);
+}
+
+// What a coarse space may take is known once its clusters are.
+TEST(TwoLevel, AreRefusedOrLeftWhereTheyWouldTakeTooMuch) {
+  const Problem problem = street(150);
+  const linalg::BlockLayout layout = [&] {
+    linalg::ThreadPool pool(1);
+    return Objective(problem, {}, pool).layout();
+  }();
+  const double coarse = linalg::CoarseSpace::memory(layout, 1);
+  Options options = {.method = Method::tnm, .threads = 1};
+  options.memory_limit = 1e12;
+  const auto limit = [&](double share) {
+    return linalg::resident_memory() + working_memory(problem, resolve(options)) + share * coarse;
+  };
+  options.preconditioner = Preconditioner::two_level;
+  options.memory_limit = limit(0.5);
+  EXPECT_THROW((void)solved(problem, options), MemoryRefusal);
+  options.preconditioner = Preconditioner::adaptive;
+  const Summary without = solved(problem, options);
+  EXPECT_EQ(without.linear_solver.find("clusters"), std::string::npos) << without.linear_solver;
+  EXPECT_LT(without.final_cost, without.initial_cost);
+  options.memory_limit = limit(10);
+  const Summary with = solved(problem, options);
+  EXPECT_NE(with.linear_solver.find("clusters"), std::string::npos) << with.linear_solver;
 }
 
 TEST(Adaptive, GoesOverToTwoLevelsWhereInnerIterationsAreMany) {

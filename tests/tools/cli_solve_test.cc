@@ -223,8 +223,10 @@ TEST_F(SolveCommand, LimitsAreUsable) {
   EXPECT_EQ(read_log(log_)["summary"]["termination"], "max_iterations");
   EXPECT_EQ(run({"solve", input_, "--max-iterations", "0", "-o", output_}).code, 0);
   EXPECT_EQ(read_text(output_), read_text(input_));
-  EXPECT_EQ(run({"solve", input_, "--time-limit", "0", "--log", log_}).code, 0);
-  EXPECT_EQ(read_log(log_)["summary"]["termination"], "time_limit");
+  for (const char* none : {"0", "1e-9"}) {
+    EXPECT_EQ(run({"solve", input_, "--time-limit", none, "--log", log_}).code, 0);
+    EXPECT_EQ(read_log(log_)["summary"]["termination"], "time_limit");
+  }
 }
 
 TEST_F(SolveCommand, NumericalFailureEndsWithCode4AndTheStateWritten) {

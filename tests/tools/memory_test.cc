@@ -100,6 +100,24 @@ TEST_P(PredictedMemory, AMatrixThatIsTooMuchIsRefusedOrNotChosen) {
   EXPECT_NE(chosen.output.find("conjugate gradients"), std::string::npos) << chosen.output;
 }
 
+// 1,128,750 pairs of cameras: 0.7 GB of numbers.
+TEST(Info, TellsOfAMatrixThatIsTooMuchAndWhatToDo) {
+  if (!tools::limits_memory()) GTEST_SKIP() << "a sanitizer takes memory of its own";
+  const test::TemporaryFolder folder;
+  const std::string input = folder.path() / "scene.txt";
+  const std::vector<std::string> sphere = {"sphere", "--cameras", "1500", "--points", "40"};
+  std::vector<std::string> words = {"generate", "-o", input};
+  words.insert(words.begin() + 1, sphere.begin(), sphere.end());
+  ASSERT_EQ(run(words).code, 0);
+  const auto result = tools::run_process(
+      {.command = {RAYBUNDLE_CLI, "info", input}, .bytes = std::uint64_t{500} << 20U});
+  EXPECT_EQ(result.code, 0) << result.output;
+  const char* estimate = "lm-cholesky  xyz   eliminating points   sparse-cholesky  at least 1.";
+  EXPECT_NE(result.output.find(estimate), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("too much for the"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("--method tnm iterates"), std::string::npos) << result.output;
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Scenes, PredictedMemory,
     testing::Values(Scene{"photos", {"photos", "--cameras", "200", "--points", "30000"}},
