@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 
 namespace raybundle {
 namespace {
@@ -32,14 +33,26 @@ void fill_blocks(const linalg::BlockLayout& layout, linalg::Side side, const dou
   }
 }
 
+void hold_points(const linalg::BlockLayout& layout, double* d, linalg::ThreadPool& pool) {
+  const int size = layout.leaf_size;
+  d += layout.offset(linalg::Side::leaves);
+  linalg::parallel_for(pool, layout.leaves, 4096, [&](std::int64_t first, std::int64_t last) {
+    for (double* point = d + first * size; first < last; ++first, point += size) {
+      const double least = held_share * *std::max_element(point, point + size);
+      for (int i = 0; i < size; ++i) point[i] = std::max(point[i], least);
+    }
+  });
+}
+
 }  // namespace
 
 void fill_diagonal(DiagonalMatrix kind, const Increments& inc, PointModel points,
                    const linalg::NormalEquations& normal, linalg::LargeVector<double>& d,
                    linalg::ThreadPool& pool) {
   d.resize(normal.gradient.size());
-  if (kind == DiagonalMatrix::diag_h) {
+  if (kind == DiagonalMatrix::diag_h || kind == DiagonalMatrix::held_h) {
     normal.diagonal(min_diagonal, max_diagonal, d.data(), pool);
+    if (kind == DiagonalMatrix::held_h) hold_points(*normal.layout, d.data(), pool);
     return;
   }
   std::fill(d.begin(), d.end(), 1.0);

@@ -9,6 +9,7 @@ namespace raybundle {
 /// diag(H) is kept within these bounds wherever it damps or scales.
 constexpr double min_diagonal = 1e-6;
 constexpr double max_diagonal = 1e32;
+constexpr double held_share = 0.1;
 
 /// Writes the chosen matrix to `d`, one number per unknown:
 ///   identity  1
@@ -16,6 +17,8 @@ constexpr double max_diagonal = 1e32;
 ///             than a point's coordinate weigh more  [Qu18, Eq. 3.38 and 3.3.3, "Scaling"]; of
 ///             anchored points the unit is their direction
 ///   diag_h    diag(H), within bounds  [Qu18, Eq. 2.50]
+///   held_h    the same, and of a point in coordinates no entry below held_share of its largest:
+///             diag(H) leaves the depth of a far point free where it runs along an axis
 /// As damping matrix it is D of [Qu18, Eq. 2.49]. As scaling p~ = D p of [Qu18, Eq. 3.94] it is D^T
 /// D, like D' in [Qu18, Eq. 2.52]: taken literally, D = diag(H) would mix units.
 void fill_diagonal(DiagonalMatrix kind, const Increments& increments, PointModel points,

@@ -13,7 +13,7 @@ constexpr std::array table = {
                  .help = "damped steps by factorisation or conjugate gradients, the lesser work",
                  .inner = InnerSolve::automatic,
                  .preconditioner = Preconditioner::adaptive,
-                 .damping_matrix = DiagonalMatrix::diag_h},
+                 .damping_matrix = DiagonalMatrix::held_h},
     // [Qu18, 3.2] "LMA-CD"
     MethodTraits{.method = Method::lm_cholesky,
                  .name = "lm-cholesky",

@@ -28,7 +28,7 @@ const char* name(Preconditioner value) {
       value);
 }
 const char* name(DiagonalMatrix value) {
-  return pick(std::array{"identity", "inc", "diag-h"}, value);
+  return pick(std::array{"identity", "inc", "diag-h", "held-h"}, value);
 }
 const char* name(ForcingRule value) {
   return pick(std::array{"thesis", "constant", "eisenstat-walker", "nash-sofer"}, value);

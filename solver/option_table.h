@@ -36,8 +36,9 @@ void visit_options(AnyOptions& o, Visit&& visit) {
                                      "preconditioner of the inner iterations; auto: adaptive for "
                                      "auto and tnm, else block-diag-s; with elimination none b"});
   visit(o.damping_matrix, OptionInfo{"damping-matrix",
-                                     "matrix that the damping multiplies; auto: diag-h for "
-                                     "auto, lm-cholesky and tnm, else identity"});
+                                     "matrix that the damping multiplies; auto: held-h for "
+                                     "auto, or diag-h with anchored points; diag-h for "
+                                     "lm-cholesky and tnm, else identity"});
   visit(o.scaling, OptionInfo{"scaling",
                               "scaling of the unknowns in the linear system and of the trust "
                               "region; auto: inc for inm, dinm, adinm, irls, else identity"});
@@ -158,7 +159,7 @@ inline constexpr int enum_count<Linear> = 5;
 template <>
 inline constexpr int enum_count<Preconditioner> = 7;
 template <>
-inline constexpr int enum_count<DiagonalMatrix> = 3;
+inline constexpr int enum_count<DiagonalMatrix> = 4;
 template <>
 inline constexpr int enum_count<ForcingRule> = 4;
 template <>

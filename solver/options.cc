@@ -129,6 +129,12 @@ void refuse_formulation(const Options& o, const MethodTraits& method) {
   }
   if (!is_anchored(o.points)) return;
   const std::string who = std::string("--points ") + name(o.points);
+  const bool damped = o.damping_matrix == DiagonalMatrix::held_h;
+  if (damped || o.scaling == DiagonalMatrix::held_h) {
+    throw OptionError(std::string(damped ? "--damping-matrix" : "--scaling") +
+                      " held-h compares the unknowns of a point, and those of " + who +
+                      " have no common unit; use diag-h");
+  }
   const char* const reason =
       ": every observation of a point then depends on the point's anchors too, and the cameras' "
       "side of the normal equations is not block diagonal; use --points xyz";
@@ -222,9 +228,17 @@ void fill_inner(const MethodTraits& method, Options& o) {
   o.max_inner_iterations = o.max_inner_iterations.value_or(method.max_inner_iterations);
 }
 
+DiagonalMatrix preferred_damping(const MethodTraits& method, PointModel points) {
+  const bool in_one_unit = !is_anchored(points);
+  if (method.damping_matrix == DiagonalMatrix::held_h && !in_one_unit)
+    return DiagonalMatrix::diag_h;
+  return method.damping_matrix;
+}
+
 void fill_damping(const MethodTraits& method, Options& o) {
-  o.damping_matrix = o.damping_matrix.value_or(method.damping_matrix);
-  const bool relative = *o.damping_matrix == DiagonalMatrix::diag_h;
+  o.damping_matrix = o.damping_matrix.value_or(preferred_damping(method, o.points));
+  const bool relative =
+      o.damping_matrix == DiagonalMatrix::diag_h || o.damping_matrix == DiagonalMatrix::held_h;
   o.initial_damping = o.initial_damping.value_or(relative ? 1e-4 : 1.0);
   o.min_damping = o.min_damping.value_or(std::min(1e-16, *o.initial_damping));
   o.max_damping = o.max_damping.value_or(1e32);
@@ -259,6 +273,7 @@ Options settle(Options o) {
   } else if (factorises) {
     o.method = Method::lm_cholesky;
   }
+  o.damping_matrix = o.damping_matrix.value_or(preferred_damping(own, o.points));
   return o;
 }
 

@@ -24,7 +24,7 @@ constexpr bool iterates(Linear linear) { return linear >= Linear::explicit_pcg; 
 enum class Preconditioner { identity, diag_b, b, diag_s, block_diag_s, two_level, adaptive };
 /// The diagonal matrix that is added (damping) or that scales the unknowns: see
 /// solver/diagonal_matrix.h.
-enum class DiagonalMatrix { identity, inc, diag_h };
+enum class DiagonalMatrix { identity, inc, diag_h, held_h };
 /// What ends the inner iterations on A x = b, with t the forcing term:
 ///   thesis            |A x - b| <= min(t, |b|) |b|                       [Qu18, Alg. 1, 3]
 ///   constant          |A x - b| <= t |b|

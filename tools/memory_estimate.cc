@@ -83,6 +83,26 @@ ReducedMemory reduced_memory(const linalg::BlockLayout& layout, ReducedShape& sh
   }
 }
 
+// The matrix of cameras and points, and its factor. To order millions of points takes minutes.
+struct FullMemory {
+  double bytes;
+  Bound bound = Bound::none;
+};
+
+FullMemory full_memory(const linalg::BlockLayout& layout, linalg::ThreadPool& pool) {
+  constexpr std::int64_t few = 200'000;
+  if (layout.rows <= few) {
+    return {sparse_memory(make_reduced_system(layout, std::nullopt, pool)->pattern())};
+  }
+  const auto triangle = [&](linalg::Side side) {
+    return layout.block_count(side) * layout.block_size(side) * (layout.block_size(side) + 1) / 2;
+  };
+  const auto numbers =
+      static_cast<double>(triangle(linalg::Side::hubs) + triangle(linalg::Side::leaves) +
+                          layout.couplings * layout.hub_size * layout.leaf_size);
+  return {16 * numbers, Bound::at_least};
+}
+
 /// What `auto` starts with.
 LinearCandidate first_choice(const linalg::BlockLayout& layout, linalg::ThreadPool& pool) {
   AutomaticChoice choice(layout, pool, linalg::available_memory());
@@ -110,8 +130,8 @@ MemoryEstimates estimate_memory(const Problem& problem, Lens lens) {
     estimator.add(method, E::points, Linear::sparse_cholesky, reduced.sparse, reduced.of_sparse);
   };
   add_factorised(Method::lm_cholesky);
-  estimator.add(Method::lm_cholesky, E::none, Linear::sparse_cholesky,
-                sparse_memory(make_reduced_system(layout, std::nullopt, pool)->pattern()));
+  const FullMemory full = full_memory(layout, pool);
+  estimator.add(Method::lm_cholesky, E::none, Linear::sparse_cholesky, full.bytes, full.bound);
   estimator.add(Method::lm_cholesky, E::cameras, Linear::dense_cholesky,
                 linalg::DenseCholesky::memory(layout.size(linalg::Side::leaves)), Bound::at_most);
   for (const E elimination : {E::points, E::none, E::cameras}) {

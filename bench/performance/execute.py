@@ -82,6 +82,12 @@ def stands(solver, base, threads, bounds):
     return run.iterations < run.outcome["iterations"] or run.outcome["iterations"] >= bounds.iterations
 
 
+def touch_memory(size):
+    """Writes to so many bytes and frees them, so that all runs start alike: a virtual machine returns what has
+    been free for a while to its host, and gets it back page by page, at seconds per GB."""
+    len(b"\1" * size)
+
+
 def execute_together(solver, problem, bases, threads, bounds):
     """As many at once as there are bases."""
     with ThreadPoolExecutor(len(bases)) as together:

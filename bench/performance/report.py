@@ -122,7 +122,7 @@ Of {sum(counts.values())} floors {counts[HOLDS]} hold, {counts[FAILS]} fail, {co
 
 - Time counts from the call of the solver, its set-up included, to the first iteration whose cost is at most 1.01
   or 1.001 times the best that any run here found; reading, and building Ceres' problem, come before. Figures are
-  ratios of medians of {settings.runs} runs ({MORE_ROUNDS * settings.runs} below {SMALL:,} observations), round by round: every variant once in each, in turn.
+  ratios of medians of {settings.runs} runs ({MORE_ROUNDS * settings.runs} below {SMALL:,} observations), round by round: every variant once in each, in any order, after as much memory as it takes was touched and freed.
 - Every solver reads the same BAL file: same start, no loss, nine free parameters per camera, nothing held.
   Cost is ½ Σ |r|² in pixels².
 - Ceres {ceres_version(results)}: automatic derivatives compiled for this processor, points eliminated first, its default trust region,

@@ -8,13 +8,14 @@ no longer go far enough are repeated.
 
 import math
 import os
+import random
 import sys
 from dataclasses import dataclass, field
 
 from reproduce.runs import Runs
 
 from . import problems, variants
-from .execute import Bounds, Solver, ensure, execute, execute_together, stands
+from .execute import Bounds, Solver, ensure, execute, execute_together, stands, touch_memory
 from .logs import SCALING_FROM, TARGETS, Results
 
 STOP = 1.0008  # times the best cost known: a little below the second target
@@ -127,7 +128,8 @@ class Work(Runs):
                      Bounds(2 * self.settings.limit, 50))
 
     def round(self, problem, file, threads, number):
-        """Every variant once, in turn, each round beginning with another. A round is whole or made again."""
+        """Every variant once, each round in an order of its own: what a run leaves behind of memory matters
+        to the next. A round is whole or made again."""
         name, kind = problem.name, f"timed-{threads}-{number}"
         wanted = {}
         ours = [variants.AUTO, *self.results.chosen_forced(name, threads),
@@ -139,13 +141,20 @@ class Work(Runs):
         if all(stands(solver, self.results.base(name, kind, each), threads, bounds)
                for each, (solver, bounds) in wanted.items()):
             return
-        first = number % len(wanted)
-        order = [*wanted][first:] + [*wanted][:first]
+        order = [*wanted]
+        random.Random(number).shuffle(order)
         print(f"reproduce: {name}: {threads} threads, round {number}: {', '.join(order)}", file=sys.stderr)
         self.ran = True
         for each in order:
             solver, bounds = wanted[each]
+            touch_memory(self.expected_peak(name, threads, each))
             execute(solver, file, self.results.base(name, kind, each), threads, bounds)
+
+    def expected_peak(self, problem, threads, name):
+        """Bytes, from the screening."""
+        shown = variants.AUTO if name == variants.NATIVE else name
+        run = self.results.run(problem, f"screen-{threads}", shown)
+        return run.peak if run else 0
 
     def twins(self, problem, file, number):
         """Our default twice at once, one thread each: what two cores gain for just this work, when nobody
@@ -154,6 +163,7 @@ class Work(Runs):
         bases = [self.results.base(problem.name, f"twins-{number}", f"{variants.AUTO}-{twin}") for twin in (1, 2)]
         if not all(stands(self.ours[variants.AUTO], base, 1, bounds) for base in bases):
             print(f"reproduce: {problem.name}: two at once, round {number}", file=sys.stderr)
+            touch_memory(2 * self.expected_peak(problem.name, 1, variants.AUTO))
             execute_together(self.ours[variants.AUTO], file, bases, 1, bounds)
             self.ran = True
 

@@ -1,7 +1,8 @@
-// The inc matrix, entry by entry: which unknown gets which increment's weight.
+// Diagonal matrices entry by entry: which unknown gets which increment's weight, or is held.
 
 #include <raybundle/solver/diagonal_matrix.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include <raybundle/linalg/normal_equations.h>
 #include <raybundle/linalg/parallel.h>
 #include <raybundle/models/objective.h>
+#include <raybundle/models/scenes/street.h>
 #include <raybundle/tests/support/small_problem.h>
 
 namespace raybundle {
@@ -60,6 +62,31 @@ TEST(IncrementMatrix, OfAnchoredPointsHasTheUnitOfTheirDirections) {
       EXPECT_EQ(d[point + 2], 1);
     }
   }
+}
+
+// Entry by entry beside diag(H), with more points than a piece of work has.
+TEST(HeldMatrix, HoldsEveryCoordinateOfAPoint) {
+  const Problem problem = scenes::street({.seed = 2, .cameras = 20, .points = 5000});
+  linalg::ThreadPool pool(2);
+  Objective objective(problem, {}, pool);
+  linalg::BlockJacobian J(objective.layout());
+  linalg::NormalEquations normal(objective.layout());
+  (void)objective.linearize(objective.state_of(problem), J, normal);
+  const Increments inc = shipped_increments(PointModel::xyz);
+  linalg::LargeVector<double> d, held;
+  fill_diagonal(DiagonalMatrix::diag_h, inc, PointModel::xyz, normal, d, pool);
+  fill_diagonal(DiagonalMatrix::held_h, inc, PointModel::xyz, normal, held, pool);
+  ASSERT_EQ(held.size(), d.size());
+  for (std::size_t i = 0; i < 20u * 9; ++i) EXPECT_EQ(held[i], d[i]);
+  int more = 0;
+  for (std::size_t i = 20u * 9; i < d.size(); i += 3) {
+    const double most = std::max({d[i], d[i + 1], d[i + 2]});
+    for (std::size_t k = i; k < i + 3; ++k) {
+      ASSERT_EQ(held[k], std::max(d[k], held_share * most));
+      more += held[k] > d[k];
+    }
+  }
+  EXPECT_GT(more, 1000) << "points ahead of the cameras";
 }
 
 }  // namespace

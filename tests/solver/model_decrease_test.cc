@@ -119,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(Variants, ModelDecrease, ::testing::ValuesIn(variants()
 TEST(ModelDecreaseOfTheExactStep, IsHalfTheSlope) {
   Problem problem = test::small_problem({.seed = 4});
   DenseObjective at(problem, PoseUpdate::local, Lens::free);
-  const DenseStep dense(at, DiagonalMatrix::diag_h, 1e-4);
+  const DenseStep dense(at, DiagonalMatrix::held_h, 1e-4);
   const Summary summary = solve(problem, {.max_iterations = 1, .initial_damping = 1e-4});
   const double half = -0.5 * dense.gradient.dot(dense.step());
   EXPECT_NEAR(summary.iterations.at(1).predicted_decrease, half, 1e-7 * half);

@@ -68,7 +68,7 @@ TEST(OptionNames, CountsReachTheLastValue) {
   EXPECT_FALSE(iterates(Linear::cholmod));
   EXPECT_TRUE(iterates(Linear::explicit_pcg) && iterates(Linear::implicit_pcg));
   EXPECT_EQ(static_cast<int>(Preconditioner::adaptive) + 1, enum_count<Preconditioner>);
-  EXPECT_EQ(static_cast<int>(DiagonalMatrix::diag_h) + 1, enum_count<DiagonalMatrix>);
+  EXPECT_EQ(static_cast<int>(DiagonalMatrix::held_h) + 1, enum_count<DiagonalMatrix>);
   EXPECT_EQ(static_cast<int>(PoseUpdate::se3) + 1, enum_count<PoseUpdate>);
   EXPECT_EQ(static_cast<int>(Lens::fixed) + 1, enum_count<Lens>);
   EXPECT_EQ(static_cast<int>(ForcingRule::nash_sofer) + 1, enum_count<ForcingRule>);
@@ -125,8 +125,8 @@ TEST(OptionTable, ReachesEveryMember) {
   EXPECT_EQ(options.elimination, Elimination::cameras);
   EXPECT_EQ(options.linear, Linear::implicit_pcg);
   EXPECT_EQ(options.preconditioner, Preconditioner::adaptive);
-  EXPECT_EQ(options.damping_matrix, DiagonalMatrix::diag_h);
-  EXPECT_EQ(options.scaling, DiagonalMatrix::diag_h);
+  EXPECT_EQ(options.damping_matrix, DiagonalMatrix::held_h);
+  EXPECT_EQ(options.scaling, DiagonalMatrix::held_h);
   EXPECT_EQ(options.pose_update, PoseUpdate::se3);
   EXPECT_EQ(options.lens, Lens::fixed);
   EXPECT_EQ(options.forcing_rule, ForcingRule::nash_sofer);

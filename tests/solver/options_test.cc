@@ -118,7 +118,9 @@ TEST(Resolve, FillsWhatTheHelpPromises) {
     const bool lm = options.method == Method::automatic || options.method == Method::lm_cholesky ||
                     options.method == Method::tnm;
     if (traits(options.method).damped) {
-      EXPECT_EQ(options.damping_matrix, lm ? DiagonalMatrix::diag_h : DiagonalMatrix::identity);
+      const bool chooses = options.method == Method::automatic;
+      const auto of_h = chooses ? DiagonalMatrix::held_h : DiagonalMatrix::diag_h;
+      EXPECT_EQ(options.damping_matrix, lm ? of_h : DiagonalMatrix::identity);
       EXPECT_EQ(options.initial_damping, lm ? 1e-4 : 1);
     }
     if (traits(options.method).inner != InnerSolve::pcg) continue;
@@ -252,6 +254,7 @@ TEST(Resolve, RefusesWhatTheMethodDoesNotHave) {
   refused({.method = Method::adinm, .elimination = Elimination::points}, "elimination");
   refused({.method = Method::lm_cholesky, .forcing_rule = ForcingRule::constant}, "forcing-rule");
   refused({.method = Method::lm_cholesky, .scaling = DiagonalMatrix::diag_h}, "scaling");
+  refused({.damping_matrix = DiagonalMatrix::held_h, .points = PointModel::pmba}, "damping-matrix");
   refused({.loss_scale = 2}, "loss-scale");
   refused({.loss_scope = LossScope::component}, "loss-scope");
   refused({.loss_start_scale = 9}, "loss-start-scale");

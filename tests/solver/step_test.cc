@@ -26,7 +26,7 @@ using test::DenseStep;
 using test::StepFixture;
 
 constexpr std::array diagonals = {DiagonalMatrix::identity, DiagonalMatrix::inc,
-                                  DiagonalMatrix::diag_h};
+                                  DiagonalMatrix::diag_h, DiagonalMatrix::held_h};
 constexpr std::array eliminations = {Elimination::none, Elimination::points, Elimination::cameras};
 
 std::vector<Problem> problems() {
@@ -78,7 +78,7 @@ TEST(CholeskyStep, IsTheDenseSolution) {
 TEST_P(StepOf, ConvergedPcgIsTheDenseSolution) {
   for (const Problem& problem : problems()) {
     DenseObjective at(problem, PoseUpdate::local, Lens::fixed);
-    const DenseStep dense(at, damping(), damping() == DiagonalMatrix::diag_h ? 1e-2 : 1.0);
+    const DenseStep dense(at, damping(), damping() >= DiagonalMatrix::diag_h ? 1e-2 : 1.0);
     const VectorXd expected = dense.step();
     for (int k = 0; k < enum_count<Preconditioner>; ++k) {
       const auto preconditioner = static_cast<Preconditioner>(k);

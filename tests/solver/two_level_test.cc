@@ -3,6 +3,7 @@
 
 #include <raybundle/solver/solve.h>
 
+#include <algorithm>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -11,6 +12,7 @@
 #include <raybundle/linalg/memory.h>
 #include <raybundle/models/objective.h>
 #include <raybundle/models/scenes/street.h>
+#include <raybundle/solver/step.h>
 #include <raybundle/solver/working_memory.h>
 
 namespace raybundle {
@@ -21,7 +23,7 @@ Problem street(std::int64_t cameras) {
 }
 
 Summary solved(Problem problem, Options options) {
-  options.max_iterations = 30;
+  options.max_iterations = std::min(options.max_iterations, 30);
   return solve(problem, options);
 }
 
@@ -79,25 +81,23 @@ TEST(TwoLevel, ServesARegionWithScaledUnknowns) {
 
 // What a coarse space may take is known once its clusters are.
 TEST(TwoLevel, AreRefusedOrLeftWhereTheyWouldTakeTooMuch) {
-  const Problem problem = street(150);
-  const linalg::BlockLayout layout = [&] {
-    linalg::ThreadPool pool(1);
-    return Objective(problem, {}, pool).layout();
-  }();
-  const double coarse = linalg::CoarseSpace::memory(layout, 1);
-  Options options = {.method = Method::tnm, .threads = 1};
-  options.memory_limit = 1e12;
-  const auto limit = [&](double share) {
-    return linalg::resident_memory() + working_memory(problem, resolve(options)) + share * coarse;
-  };
-  options.preconditioner = Preconditioner::two_level;
-  options.memory_limit = limit(0.5);
-  EXPECT_THROW((void)solved(problem, options), MemoryRefusal);
-  options.preconditioner = Preconditioner::adaptive;
+  const Problem problem = street(600);
+  linalg::ThreadPool pool(1);
+  const Objective objective(problem, {}, pool);
+  const double coarse = linalg::CoarseSpace::memory(objective.layout(), 1);
+  Options options = resolve({.method = Method::tnm, .preconditioner = Preconditioner::two_level});
+  options.memory_limit = 0.99 * coarse;
+  EXPECT_THROW((void)make_step_solver(options, objective.layout(), pool), MemoryRefusal);
+  options.memory_limit = coarse;
+  EXPECT_NO_THROW((void)make_step_solver(options, objective.layout(), pool));
+
+  options = {.method = Method::tnm, .max_iterations = 6, .threads = 1};
+  const double needed = linalg::resident_memory() + working_memory(problem, resolve(options));
+  options.memory_limit = needed + 0.5 * coarse;
   const Summary without = solved(problem, options);
   EXPECT_EQ(without.linear_solver.find("clusters"), std::string::npos) << without.linear_solver;
   EXPECT_LT(without.final_cost, without.initial_cost);
-  options.memory_limit = limit(10);
+  options.memory_limit = needed + 10 * coarse;
   const Summary with = solved(problem, options);
   EXPECT_NE(with.linear_solver.find("clusters"), std::string::npos) << with.linear_solver;
 }

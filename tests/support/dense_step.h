@@ -27,6 +27,8 @@ inline const char* letter(DiagonalMatrix matrix) {
       return "Inc";
     case DiagonalMatrix::diag_h:
       return "H";
+    case DiagonalMatrix::held_h:
+      return "HeldH";
   }
   return "";
 }
@@ -42,8 +44,9 @@ class DenseStep {
     H = J.transpose() * J;
     diagonal = H.diagonal();
     damping = Eigen::VectorXd::Constant(H.rows(), mu);
-    if (damping_matrix == DiagonalMatrix::diag_h) {
+    if (damping_matrix == DiagonalMatrix::diag_h || damping_matrix == DiagonalMatrix::held_h) {
       damping = mu * diagonal.cwiseMax(min_diagonal).cwiseMin(max_diagonal);
+      if (damping_matrix == DiagonalMatrix::held_h) hold(at.hubs() * at.hub_size());
     } else if (damping_matrix == DiagonalMatrix::inc) {
       damping = mu * inc_matrix(at.hubs(), at.hub_size(), diagonal.size());
     }
@@ -64,6 +67,14 @@ class DenseStep {
           (inc.point * camera.head(hub_size).cwiseInverse()).cwiseAbs2();
     }
     return d;
+  }
+
+  /// Damping of points, from `first` on, by at least held_share of the largest of each.
+  void hold(Eigen::Index first) {
+    for (Eigen::Index i = first; i < damping.size(); i += 3) {
+      const double least = held_share * damping.segment<3>(i).maxCoeff();
+      damping.segment<3>(i) = damping.segment<3>(i).cwiseMax(least);
+    }
   }
 
   /// The exact step.
