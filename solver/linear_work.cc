@@ -12,9 +12,9 @@ using linalg::index;
 
 namespace {
 
-// Measured with one thread of an AMD EPYC with AVX-512 where a dense factorisation does 20
+// Measured with one thread of an AMD EPYC with AVX-512 where a dense factorisation does 40
 // multiplications with addition in a nanosecond (docs/decisions.md).
-constexpr double per_nanosecond = 20;
+constexpr double per_nanosecond = 40;
 constexpr double row_nanoseconds = 8.5;  // of a product
 constexpr double eliminated_nanoseconds = 25;
 constexpr double diagonal_nanoseconds = 15;
