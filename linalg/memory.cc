@@ -27,10 +27,9 @@ double left_of_limit(decltype(RLIMIT_DATA) resource, const char* key) {
 }  // namespace
 
 std::string memory_text(double bytes) {
-  constexpr double mebi = 1024.0 * 1024.0;
-  const bool large = bytes >= 1024 * mebi;
-  const std::string text = std::to_string(bytes / (large ? 1024 * mebi : mebi));
-  return text.substr(0, text.find('.') + 2) + (large ? " GiB" : " MiB");
+  const double unit = bytes >= 1e9 ? 1e9 : bytes >= 1e6 ? 1e6 : 1e3;
+  const std::string text = std::to_string(bytes / unit);
+  return text.substr(0, text.find('.') + 2) + (unit == 1e9 ? " GB" : unit == 1e6 ? " MB" : " kB");
 }
 
 double resident_memory() { return bytes_of_process("VmRSS:"); }

@@ -25,7 +25,7 @@ double available_memory();
 /// Bytes of this process that are in memory now.
 double resident_memory();
 
-/// "1.4 GiB", "32.0 MiB".
+/// "1.4 GB", "32.0 MB", "0.5 kB".
 std::string memory_text(double bytes);
 
 /// Throws MemoryRefusal when `bytes` are more than is available; `what` names their purpose.

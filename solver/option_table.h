@@ -34,7 +34,8 @@ void visit_options(AnyOptions& o, Visit&& visit) {
   visit(o.linear, OptionInfo{"linear", "solver of the (reduced) linear system; auto: by work"});
   visit(o.preconditioner, OptionInfo{"preconditioner",
                                      "preconditioner of the inner iterations; auto: adaptive for "
-                                     "auto and tnm, else block-diag-s; with elimination none b"});
+                                     "auto and tnm, else block-diag-s; with elimination none b, "
+                                     "with cameras block-diag-s"});
   visit(o.damping_matrix, OptionInfo{"damping-matrix",
                                      "matrix that the damping multiplies; auto: held-h for "
                                      "auto, or diag-h with anchored points; diag-h for "
@@ -85,10 +86,11 @@ void visit_options(AnyOptions& o, Visit&& visit) {
   visit(o.max_consecutive_failures,
         OptionInfo{"max-consecutive-failures", "stop after this many rejected steps in a row", 1,
                    1e9});
-  visit(o.initial_damping,
-        OptionInfo{"initial-damping",
-                   "damping mu at the start; auto: 1e-4 with damping matrix diag-h, else 1", 0,
-                   1e32});
+  visit(
+      o.initial_damping,
+      OptionInfo{"initial-damping",
+                 "damping mu at the start; auto: 1e-4 with damping matrix diag-h or held-h, else 1",
+                 0, 1e32});
   visit(o.min_damping,
         OptionInfo{"min-damping", "mu never falls below this; auto: 1e-16", 0, 1e32});
   visit(o.max_damping,

@@ -264,10 +264,16 @@ Options settle(Options o) {
   forget(o.forcing_rule, own.forcing_rule);
   forget(o.forcing, own.forcing);
   forget(o.max_inner_iterations, own.max_inner_iterations);
-  const bool factorises = (o.linear && !iterates(*o.linear)) ||
-                          o.elimination.value_or(Elimination::points) != Elimination::points;
-  const bool inner = (o.linear && iterates(*o.linear)) || o.scaling || o.preconditioner ||
-                     o.forcing || o.forcing_rule || o.max_inner_iterations;
+  const bool asks_inner =
+      o.scaling || o.preconditioner || o.forcing || o.forcing_rule || o.max_inner_iterations;
+  if (asks_inner && o.linear && !iterates(*o.linear)) {
+    throw OptionError(std::string("--linear ") + name(*o.linear) +
+                      " factorises, and scaling, preconditioner, forcing and their limit are of "
+                      "inner iterations: leave out one or the other");
+  }
+  const bool factorises = (o.linear && !iterates(*o.linear)) || o.elimination == Elimination::none;
+  const bool inner =
+      asks_inner || (o.linear ? iterates(*o.linear) : o.elimination == Elimination::cameras);
   if (inner) {
     o.method = Method::tnm;
   } else if (factorises) {

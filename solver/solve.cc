@@ -13,11 +13,13 @@
 namespace raybundle {
 namespace {
 
+constexpr double process_growth = 2e6;  // stacks of threads, records, what the log is made of
+
 // Refuses what does not fit beside what the process has already; returns what it leaves.
 double require_working_memory(const Problem& problem, const Options& options) {
   const std::string what = "solving " + std::to_string(problem.observation_count()) +
                            " observations by " + name(options.method);
-  const double needed = working_memory(problem, options);
+  const double needed = working_memory(problem, options) + process_growth;
   linalg::require_memory(needed, what);
   const double resident = linalg::resident_memory();
   const double left = options.memory_limit - resident - needed;

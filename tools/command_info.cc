@@ -103,7 +103,8 @@ std::vector<std::string> advice(const Info& info) {
   if (info.reprojection.behind_camera > 0) {
     result.push_back(std::to_string(info.reprojection.behind_camera) +
                      " observations are of points behind their camera: the start is poor there, "
-                     "and a solve may leave such points on the wrong side.");
+                     "and a solve may leave such points on the wrong side. By parallax (--points "
+                     "pmba) they may be beyond infinity, and often come to a lower cost.");
   }
   return result;
 }

@@ -41,12 +41,12 @@ constexpr const char* footer =
     R"(Results go to standard output or the file named, progress and warnings to standard error.
 
 Exit codes:
-  0  usable result: converged, or a limit was reached with a lower cost
+  0  usable result: converged, or a limit was reached with a lower cost (or allowed no step)
   1  an output could not be written, or the system refused something else
   2  usage: an option is unknown, has no effect or contradicts another
   3  bad input
   4  numerical failure; the best state was written
-  5  not enough memory
+  5  not enough memory; a solve that had begun has written its best state
   6  interrupted; the best state was written)";
 
 /// Descriptors 0 to 2 are always taken, so that no output file is mistaken for one of them.

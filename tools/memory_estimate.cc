@@ -18,7 +18,7 @@
 namespace raybundle::tools {
 namespace {
 
-constexpr double program = 12e6;  // code, libraries, buffers of the system
+constexpr double program = 14e6;  // code, libraries, stacks, records, the log
 
 /// Collects estimates for one problem.
 class Estimator {

@@ -1,5 +1,6 @@
 #include <raybundle/tools/options_cli.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <limits>
@@ -60,14 +61,20 @@ std::string kind() {
 
 /// A size with its unit, as a plain number of bytes.
 std::string bytes(const OptionInfo& info, const std::string& given) {
-  std::string plain = given;
+  const std::size_t digits = std::min(given.find_first_not_of("0123456789."), given.size());
+  std::string unit = "1" + given.substr(digits);
+  double number = 0;
+  const auto [last, error] = std::from_chars(given.data(), given.data() + digits, number);
   try {
-    if (CLI::AsSizeValue(true)(plain).empty()) return plain;
+    const bool whole = error == std::errc() && last == given.data() + digits;
+    if (whole && CLI::AsSizeValue(true)(unit).empty()) {
+      return std::to_string(number * std::stod(unit));
+    }
   } catch (const CLI::ValidationError&) {
     // said below, with the option's name
   }
   throw OptionError("--" + std::string(info.name) + ": '" + given +
-                    "' is not a size such as 4GB or 500MB");
+                    "' is not a size such as 4GB, 1.5GiB or 500MB");
 }
 
 /// The number that `text` is, all of it, within the bounds of the option.

@@ -53,7 +53,8 @@ void check_promise(const TextReader& reader, const Header& header) {
   reader.fail("a header that promises " + std::to_string(header.cameras) + " cameras, " +
                   std::to_string(header.points) + " points and " +
                   std::to_string(header.observations) + " observations",
-              "no more than fits into the " + std::to_string(available) + " bytes after it");
+              "no more than fits into the " + std::to_string(available) +
+                  " bytes after it: the file is cut off, or the header is wrong");
 }
 
 Header read_header(TextReader& reader) {

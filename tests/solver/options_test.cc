@@ -229,10 +229,12 @@ TEST(Resolve, AutoBecomesTheMethodThatHasWhatIsAskedFor) {
   EXPECT_EQ(method({.linear = Linear::sparse_cholesky}), Method::lm_cholesky);
   EXPECT_EQ(method({.linear = Linear::cholmod}), Method::lm_cholesky);
   EXPECT_EQ(method({.elimination = Elimination::none}), Method::lm_cholesky);
+  EXPECT_EQ(method({.elimination = Elimination::cameras}), Method::tnm);
   EXPECT_EQ(method({.elimination = Elimination::points}), Method::automatic);
   EXPECT_EQ(method({.damping_matrix = DiagonalMatrix::identity}), Method::automatic);
-  EXPECT_NE(message_of({.linear = Linear::dense_cholesky, .preconditioner = Preconditioner::b}),
-            "");
+  const std::string both =
+      message_of({.linear = Linear::dense_cholesky, .preconditioner = Preconditioner::b});
+  EXPECT_NE(both.find("leave out one or the other"), std::string::npos) << both;
   // What took effect may be asked for again.
   Options effective = resolve({});
   EXPECT_EQ(resolve(effective).method, Method::automatic);

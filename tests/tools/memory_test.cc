@@ -118,6 +118,19 @@ TEST(Info, TellsOfAMatrixThatIsTooMuchAndWhatToDo) {
   EXPECT_NE(result.output.find("--method tnm iterates"), std::string::npos) << result.output;
 }
 
+TEST(MemoryLimit, IsASizeWithAUnit) {
+  const auto with = [](const char* limit) {
+    return run({"solve", "-q", "--max-iterations", "1", "--memory-limit", limit});
+  };
+  for (const char* size : {"1.5GB", "2GiB", "900MB", "1500000000"}) {
+    EXPECT_EQ(with(size).code, 0) << size;
+  }
+  for (const char* size : {"1.5XB", "GB", "1..5GB", "1.5e9", "-1GB", ""}) {
+    EXPECT_EQ(with(size).code, 2) << size;
+  }
+  EXPECT_NE(with("4XB").errors.find("'4XB' is not a size such as 4GB"), std::string::npos);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Scenes, PredictedMemory,
     testing::Values(Scene{"photos", {"photos", "--cameras", "200", "--points", "30000"}},
