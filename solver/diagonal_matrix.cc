@@ -50,7 +50,7 @@ void fill_diagonal(DiagonalMatrix kind, const Increments& inc, PointModel points
                    const linalg::NormalEquations& normal, linalg::LargeVector<double>& d,
                    linalg::ThreadPool& pool) {
   d.resize(normal.gradient.size());
-  if (kind == DiagonalMatrix::diag_h || kind == DiagonalMatrix::held_h) {
+  if (is_of_h(kind)) {
     normal.diagonal(min_diagonal, max_diagonal, d.data(), pool);
     if (kind == DiagonalMatrix::held_h) hold_points(*normal.layout, d.data(), pool);
     return;

@@ -11,6 +11,11 @@ constexpr double min_diagonal = 1e-6;
 constexpr double max_diagonal = 1e32;
 constexpr double held_share = 0.1;
 
+/// Whether it follows the linearisation, and has the units of H.
+constexpr bool is_of_h(DiagonalMatrix kind) {
+  return kind == DiagonalMatrix::diag_h || kind == DiagonalMatrix::held_h;
+}
+
 /// Writes the chosen matrix to `d`, one number per unknown:
 ///   identity  1
 ///   inc       (increment of points / increment of the unknown)^2: unknowns that act more per unit

@@ -237,9 +237,7 @@ DiagonalMatrix preferred_damping(const MethodTraits& method, PointModel points) 
 
 void fill_damping(const MethodTraits& method, Options& o) {
   o.damping_matrix = o.damping_matrix.value_or(preferred_damping(method, o.points));
-  const bool relative =
-      o.damping_matrix == DiagonalMatrix::diag_h || o.damping_matrix == DiagonalMatrix::held_h;
-  o.initial_damping = o.initial_damping.value_or(relative ? 1e-4 : 1.0);
+  o.initial_damping = o.initial_damping.value_or(is_of_h(*o.damping_matrix) ? 1e-4 : 1.0);
   o.min_damping = o.min_damping.value_or(std::min(1e-16, *o.initial_damping));
   o.max_damping = o.max_damping.value_or(1e32);
 }

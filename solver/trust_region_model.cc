@@ -52,7 +52,7 @@ double TrustRegion::free_promise() const {
 void TrustRegion::fill_matrices() {
   const Options& options = summary_.options;
   const auto due = [](DiagonalMatrix kind, const linalg::LargeVector<double>& matrix) {
-    return kind == DiagonalMatrix::diag_h || kind == DiagonalMatrix::held_h || matrix.empty();
+    return is_of_h(kind) || matrix.empty();
   };
   if (damping_ && due(*options.damping_matrix, damping_matrix_)) {
     fill_diagonal(*options.damping_matrix, increments_, options.points, normal_, damping_matrix_,
