@@ -1,7 +1,6 @@
 #include <raybundle/linalg/coarse_space.h>
 
 #include <raybundle/linalg/block_factor.h>
-#include <raybundle/linalg/hub_clusters.h>
 #include <raybundle/linalg/memory.h>
 #include <raybundle/linalg/schur_complement.h>
 
@@ -10,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -22,95 +20,98 @@ using Modes =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, most_modes, most_modes>;
 
 // Clusters are neighbours where they share a leaf.
-SymmetricPattern cluster_pattern(const BlockLayout& layout, const HubClusters& clusters,
-                                 std::int64_t& most_clusters) {
-  most_clusters = 0;
-  std::vector<std::vector<std::int32_t>> rows(index(clusters.count));
-  std::vector<std::int32_t> of_leaf;
-  for (std::int64_t l = 0; l < layout.leaves; ++l) {
-    of_leaf.clear();
-    const auto& begin = layout.leaf_side.begin;
-    for (std::int64_t c = begin[index(l)]; c < begin[index(l + 1)]; ++c) {
-      of_leaf.push_back(clusters.of_hub[index(layout.hub_side.block[index(c)])]);
-    }
-    std::sort(of_leaf.begin(), of_leaf.end());
-    of_leaf.erase(std::unique(of_leaf.begin(), of_leaf.end()), of_leaf.end());
-    most_clusters = std::max(most_clusters, static_cast<std::int64_t>(of_leaf.size()));
-    for (std::size_t i = 0; i < of_leaf.size(); ++i) {
-      std::vector<std::int32_t>& row = rows[index(of_leaf[i])];
-      for (std::size_t j = i; j < of_leaf.size(); ++j) {
-        const auto at = std::lower_bound(row.begin(), row.end(), of_leaf[j]);
-        if (at == row.end() || *at != of_leaf[j]) row.insert(at, of_leaf[j]);
+SymmetricPattern cluster_pattern(const HubGraph& graph, const HubClusters& clusters, int modes) {
+  SymmetricPattern pattern;
+  pattern.offset.push_back(0);
+  pattern.row_begin.push_back(0);
+  std::vector<std::int32_t> row, last_row(index(clusters.count()), -1);
+  for (std::int32_t g = 0; g < clusters.count(); ++g) {
+    row.assign(1, g);
+    last_row[index(g)] = g;
+    for (const std::int32_t hub : clusters.of_cluster(g)) {
+      for (const HubGraph::Neighbour& neighbour : graph.of(hub)) {
+        const std::int32_t other = clusters.of_hub[index(neighbour.hub)];
+        if (other > g && std::exchange(last_row[index(other)], g) != g) row.push_back(other);
       }
     }
-  }
-  SymmetricPattern pattern;
-  const int modes = coarse_modes(layout.hub_size);
-  for (std::int64_t g = 0; g <= clusters.count; ++g) pattern.offset.push_back(g * modes);
-  pattern.row_begin.push_back(0);
-  for (std::int64_t g = 0; g < clusters.count; ++g) {
-    std::vector<std::int32_t>& row = rows[index(g)];
-    if (row.empty()) row.push_back(static_cast<std::int32_t>(g));
+    std::sort(row.begin(), row.end());
+    pattern.offset.push_back(pattern.offset.back() + modes);
     pattern.column.insert(pattern.column.end(), row.begin(), row.end());
     pattern.row_begin.push_back(static_cast<std::int64_t>(pattern.column.size()));
   }
   return pattern;
 }
 
-// Small clusters save inner iterations, large ones work: a factorisation may take that of ten
-// products, each of which takes about 200 multiplications a row, where clusters can be so large:
-// what is not connected stays apart. Returns the plan of its matrix, whose sparsity is that of the
-// basis.
-CholeskyPlan choose_clusters(const BlockLayout& layout, int threads, CoarseBasis& basis) {
-  constexpr std::int64_t smallest = 8;
-  const double most_work = 10 * 200 * static_cast<double>(layout.rows);
-  for (std::int64_t size = smallest;; size *= 2) {
-    HubClusters clusters = cluster_hubs(layout, size);
-    basis.pattern = cluster_pattern(layout, clusters, basis.most_clusters);
-    CholeskyPlan plan = plan_cholesky(basis.pattern, threads);
-    if (plan.work > most_work && clusters.count > 1 && size < layout.hubs) continue;
-    basis.cluster = std::move(clusters.of_hub);
-    return plan;
-  }
+// Clusters that one leaf touches, at most.
+std::int64_t most_touched(const BlockLayout& layout, const HubClusters& clusters,
+                          ThreadPool& pool) {
+  const auto& begin = layout.leaf_side.begin;
+  const Chunks pieces = chunks(layout.leaves, 4096);
+  std::array<std::int64_t, max_chunks> most = {};
+  pool.run(pieces.pieces, [&](std::int64_t piece) {
+    std::vector<std::int64_t> last_leaf(index(clusters.count()), -1);
+    for (std::int64_t l = pieces.begin(piece); l < pieces.end(piece); ++l) {
+      std::int64_t touched = 0;
+      for (std::int64_t c = begin[index(l)]; c < begin[index(l + 1)]; ++c) {
+        const std::int32_t g = clusters.of_hub[index(layout.hub_side.block[index(c)])];
+        if (std::exchange(last_leaf[index(g)], l) != l) ++touched;
+      }
+      most[index(piece)] = std::max(most[index(piece)], touched);
+    }
+  });
+  return *std::max_element(most.begin(), most.end());
 }
 
-double memory_of(const BlockLayout& layout, const CoarseBasis& basis, const CholeskyPlan& plan) {
+double memory_of(const BlockLayout& layout, const CoarseBasis& basis, const CholeskyPlan& plan,
+                 double graph) {
   const auto modes = static_cast<double>(layout.size(Side::hubs) * coarse_modes(layout.hub_size));
-  return plan.memory + SchurComplement::coarse_memory(layout, basis) +
-         8 * (modes + static_cast<double>(layout.unknowns()));
+  const double kept = plan.memory + SchurComplement::coarse_memory(layout, basis) +
+                      8 * (modes + static_cast<double>(layout.unknowns()));
+  return std::max(kept, graph);
 }
 
 }  // namespace
 
+// Small clusters save inner iterations, large ones work: a factorisation may take that of ten
+// products, each of which takes about 200 multiplications a row, where clusters can be so large:
+// what is not connected stays apart.
+CoarseSpace::Choice CoarseSpace::choose(const BlockLayout& layout, ThreadPool& pool,
+                                        double memory_limit) {
+  constexpr std::int64_t smallest = 8;
+  const double most_work = 10 * 200 * static_cast<double>(layout.rows);
+  const HubGraph graph = hub_graph(layout, pool, memory_limit);
+  Choice choice;
+  for (std::int64_t size = smallest;; size *= 2) {
+    choice.clusters = cluster_hubs(graph, size);
+    choice.basis.pattern = cluster_pattern(graph, choice.clusters, coarse_modes(layout.hub_size));
+    choice.plan = plan_cholesky(choice.basis.pattern, pool.threads());
+    const bool larger = choice.clusters.count() > 1 && size < layout.hubs;
+    if (choice.plan.work <= most_work || !larger) break;
+  }
+  choice.basis.cluster = choice.clusters.of_hub;
+  choice.basis.most_clusters = most_touched(layout, choice.clusters, pool);
+  choice.memory =
+      memory_of(layout, choice.basis, choice.plan,
+                0.5 * HubGraph::bytes_per_pair * static_cast<double>(graph.neighbours.size()));
+  return choice;
+}
+
 CoarseSpace::CoarseSpace(const BlockLayout& layout, ThreadPool& pool, double memory_limit)
     : layout_(layout), pool_(pool), modes_(coarse_modes(layout.hub_size)) {
-  CholeskyPlan plan = choose_clusters(layout, pool.threads(), basis_);
-  const double needed = memory_of(layout, basis_, plan);
+  Choice choice = choose(layout, pool, memory_limit);
+  basis_ = std::move(choice.basis);
+  clusters_ = std::move(choice.clusters);
   const std::string what = "a coarse space of " + std::to_string(clusters()) + " clusters";
-  require_memory(needed, what);
-  require_memory(needed, memory_limit, what);
-  cholesky_ = Cholesky::make(std::move(plan), pool);
-  list_hubs();
+  require_memory(choice.memory, what);
+  require_memory(choice.memory, memory_limit, what);
+  cholesky_ = Cholesky::make(std::move(choice.plan), pool);
   basis_.P.resize(index(layout.hubs * layout.hub_size * modes_));
   feels_.resize(index(layout.unknowns()));
   c_.resize(index(basis_.pattern.order()));
 }
 
-double CoarseSpace::memory(const BlockLayout& layout, int threads) {
-  CoarseBasis basis;
-  const CholeskyPlan plan = choose_clusters(layout, threads, basis);
-  return memory_of(layout, basis, plan);
-}
-
-void CoarseSpace::list_hubs() {
-  begin_.assign(index(clusters() + 1), 0);
-  for (const std::int32_t g : basis_.cluster) ++begin_[index(g) + 1];
-  std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-  hubs_.resize(index(layout_.hubs));
-  std::vector<std::int64_t> next(begin_.begin(), begin_.end() - 1);
-  for (std::int64_t h = 0; h < layout_.hubs; ++h) {
-    hubs_[index(next[index(basis_.cluster[index(h)])]++)] = static_cast<std::int32_t>(h);
-  }
+double CoarseSpace::memory(const BlockLayout& layout, ThreadPool& pool) {
+  return choose(layout, pool, std::numeric_limits<double>::infinity()).memory;
 }
 
 bool CoarseSpace::build(ReducedSystem& system, const Linearization& at,
@@ -154,16 +155,15 @@ void CoarseSpace::orthonormalise(const DiagonalBlocks& diagonal) {
   parallel_for(pool_, clusters(), 1, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t g = first; g < last; ++g) {
       Modes gram = Modes::Zero(modes_, modes_), F(modes_, modes_);
-      for (std::int64_t p = begin_[index(g)]; p < begin_[index(g + 1)]; ++p) {
-        const std::int64_t hub = hubs_[index(p)];
+      for (const std::int64_t hub : clusters_.of_cluster(g)) {
         const Eigen::Map<const Modes> P(basis_.P.data() + hub * size, layout_.hub_size, modes_);
         const Eigen::Map<const Modes> N(blocks + hub * layout_.hub_size * layout_.hub_size,
                                         layout_.hub_size, layout_.hub_size);
         gram += P.transpose() * Modes(N * P);
       }
       inverse_factor(gram.data(), modes_, F.data());
-      for (std::int64_t p = begin_[index(g)]; p < begin_[index(g + 1)]; ++p) {
-        Eigen::Map<Modes> P(basis_.P.data() + hubs_[index(p)] * size, layout_.hub_size, modes_);
+      for (const std::int64_t hub : clusters_.of_cluster(g)) {
+        Eigen::Map<Modes> P(basis_.P.data() + hub * size, layout_.hub_size, modes_);
         P = Modes(P * F);
       }
     }
@@ -194,8 +194,7 @@ void CoarseSpace::add_correction(const double* r, double* z) {
   parallel_for(pool_, clusters(), 8, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t g = first; g < last; ++g) {
       std::array<double, most_modes> sum = {};
-      for (std::int64_t p = begin_[index(g)]; p < begin_[index(g + 1)]; ++p) {
-        const std::int64_t hub = hubs_[index(p)];
+      for (const std::int64_t hub : clusters_.of_cluster(g)) {
         const double* P = basis_.P.data() + hub * K * N;
         for (int i = 0; i < K; ++i, P += N) {
           for (int j = 0; j < N; ++j) sum[index(j)] += P[j] * r[hub * K + i];

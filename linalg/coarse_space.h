@@ -1,6 +1,7 @@
 #pragma once
 
 #include <raybundle/linalg/cholesky.h>
+#include <raybundle/linalg/hub_clusters.h>
 #include <raybundle/linalg/reduced_system.h>
 
 #include <limits>
@@ -30,13 +31,21 @@ class CoarseSpace {
   void add_correction(const double* r, double* z);
 
   /// Bytes of it and of what the Schur complement takes for it. Chooses the clusters.
-  static double memory(const BlockLayout& layout, int threads);
+  static double memory(const BlockLayout& layout, ThreadPool& pool);
 
-  std::int64_t clusters() const { return basis_.pattern.blocks(); }
+  std::int64_t clusters() const { return clusters_.count(); }
   const CoarseBasis& basis() const { return basis_; }  ///< as the last build() left it
 
  private:
-  void list_hubs();
+  // The clusters, the sparsity of their matrix and what all of it takes.
+  struct Choice {
+    HubClusters clusters;
+    CoarseBasis basis;
+    CholeskyPlan plan;
+    double memory = 0;
+  };
+  static Choice choose(const BlockLayout& layout, ThreadPool& pool, double memory_limit);
+
   void take_modes(const Linearization& at);
   void orthonormalise(const DiagonalBlocks& diagonal);
   void multiply_rows(const double* factors, bool divide);
@@ -46,8 +55,7 @@ class CoarseSpace {
   ThreadPool& pool_;
   int modes_;
   CoarseBasis basis_;
-  std::vector<std::int64_t> begin_;  // of a cluster in
-  std::vector<std::int32_t> hubs_;   // the hubs, cluster by cluster
+  HubClusters clusters_;
   std::unique_ptr<Cholesky> cholesky_;
   std::vector<double> feels_;  // diag(H) of the hubs
   std::vector<double> c_;

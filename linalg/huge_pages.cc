@@ -2,7 +2,9 @@
 
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <new>
 
 namespace raybundle::linalg {
@@ -50,28 +52,42 @@ void* HugePages::take(std::size_t bytes) {
   const std::size_t rounded = round_up(bytes, granularity);
   if (rounded < bytes || round_up(rounded, page) < rounded) throw std::bad_alloc();
   const std::lock_guard lock(mutex_);
-  if (void* found = take_first_fit(rounded)) return found;
-  grow(rounded);
-  return take_first_fit(rounded);
+  make_room_for_another();
+  void* found = take_first_fit(rounded);
+  if (!found) {
+    grow(rounded);
+    found = take_first_fit(rounded);
+  }
+  ++taken_;
+  return found;
+}
+
+// So that give() need not allocate. Every range that is free adjoins one that is taken, since whole
+// pages are not kept: there are at most two for each of these, and for a moment the one that is
+// given, which the pages that go may split.
+void HugePages::make_room_for_another() {
+  const std::size_t most = 2 * (taken_ + 1) + 2;
+  if (free_.capacity() < most) free_.reserve(2 * most);
 }
 
 // From the end of a range, so that what is left of it can grow downwards, as mappings do.
 void* HugePages::take_first_fit(std::size_t bytes) {
-  Range* before = &first_;
-  while (before->next && before->next->bytes < bytes) before = before->next;
-  Range* const found = before->next;
-  if (!found) return nullptr;
-  if (found->bytes == bytes) before->next = found->next;
+  const auto found = std::find_if(free_.begin(), free_.end(),
+                                  [&](const Range& range) { return range.bytes >= bytes; });
+  if (found == free_.end()) return nullptr;
   found->bytes -= bytes;
-  return end(found);
+  char* const taken = found->end();
+  if (found->bytes == 0) free_.erase(found);
+  return taken;
 }
 
 // Below the lowest range that is free, which is then a part of it, if nothing else is there.
 void HugePages::grow(std::size_t bytes) {
-  if (Range* lowest = first_.next; lowest && address(lowest) % page == 0) {
-    const std::size_t missing = round_up(bytes - lowest->bytes, page);
-    char* const below = reinterpret_cast<char*>(lowest) - missing;
-    if (missing < address(lowest) && map(missing, below)) return add(below, missing);
+  if (!free_.empty() && address(free_.front().begin) % page == 0) {
+    const Range lowest = free_.front();
+    const std::size_t missing = round_up(bytes - lowest.bytes, page);
+    char* const below = lowest.begin - missing;
+    if (missing < address(lowest.begin) && map(missing, below)) return add(below, missing);
   }
   const std::size_t missing = round_up(bytes, page);
   add(map_aligned(missing), missing);
@@ -79,63 +95,56 @@ void HugePages::grow(std::size_t bytes) {
 
 void HugePages::add(char* begin, std::size_t bytes) {
   advise_huge_pages(begin, bytes);
-  insert(begin, bytes);
+  insert({begin, bytes});
 }
 
 void HugePages::give(void* memory, std::size_t bytes) noexcept {
   const std::lock_guard lock(mutex_);
-  insert(static_cast<char*>(memory), round_up(bytes, granularity));
+  insert({static_cast<char*>(memory), round_up(bytes, granularity)});
   release_whole_pages();
+  --taken_;
 }
 
 // Joined with the ranges that it touches.
-void HugePages::insert(char* begin, std::size_t bytes) noexcept {
-  Range* before = &first_;
-  while (before->next && address(before->next) < address(begin)) before = before->next;
-  Range* range = before;
-  if (before != &first_ && end(before) == begin) {
-    range->bytes += bytes;
-  } else {
-    range = before->next = ::new (begin) Range{bytes, before->next};
+void HugePages::insert(Range range) noexcept {
+  auto after = std::find_if(free_.begin(), free_.end(),
+                            [&](const Range& each) { return each.begin > range.begin; });
+  if (after != free_.begin() && std::prev(after)->end() == range.begin) {
+    range = {std::prev(after)->begin, std::prev(after)->bytes + range.bytes};
+    after = free_.erase(std::prev(after));
   }
-  const Range* const after = range->next;
-  if (after && end(range) == reinterpret_cast<const char*>(after)) {
-    range->bytes += after->bytes;
-    range->next = after->next;
+  if (after != free_.end() && range.end() == after->begin) {
+    *after = {range.begin, range.bytes + after->bytes};
+  } else {
+    free_.insert(after, range);
   }
 }
 
 void HugePages::release_whole_pages() noexcept {
-  for (Range* before = &first_; before->next;) {
-    Range* const range = before->next;
-    char* const from = next_page(reinterpret_cast<char*>(range));
-    char* const to = page_of(end(range));
-    if (from >= to) {
-      before = range;
-      continue;
-    }
-    Range* rest = range->next;
-    if (to < end(range)) rest = ::new (to) Range{static_cast<std::size_t>(end(range) - to), rest};
-    const auto left = static_cast<std::size_t>(from - reinterpret_cast<char*>(range));
-    if (left > 0) {
-      *range = {left, rest};
-      before = range;
-    } else {
-      before->next = rest;
-    }
+  for (std::size_t i = free_.size(); i-- > 0;) {
+    const Range range = free_[i];
+    char* const from = next_page(range.begin);
+    char* const to = page_of(range.end());
+    if (from >= to) continue;
     unmap(from, to);
+    const Range left = {range.begin, static_cast<std::size_t>(from - range.begin)};
+    const Range right = {to, static_cast<std::size_t>(range.end() - to)};
+    auto at = free_.erase(free_.begin() + static_cast<std::ptrdiff_t>(i));
+    if (right.bytes > 0) at = free_.insert(at, right);
+    if (left.bytes > 0) free_.insert(at, left);
   }
 }
 
 std::size_t HugePages::held() const {
   const std::lock_guard lock(mutex_);
   std::size_t bytes = 0;
-  for (const Range* range = first_.next; range; range = range->next) bytes += range->bytes;
+  for (const Range& range : free_) bytes += range.bytes;
   return bytes;
 }
 
+// Never destroyed: arrays may be given back when the program ends.
 HugePages& huge_pages() {
-  static HugePages pages;
+  static HugePages& pages = *new HugePages;
   return pages;
 }
 

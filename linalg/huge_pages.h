@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <mutex>
+#include <vector>
 
 namespace raybundle::linalg {
 
@@ -24,21 +25,24 @@ class HugePages {
   std::size_t held() const;
 
  private:
-  // What is free says so itself: a list in the order of addresses, no two of which touch.
   struct Range {
+    char* begin;
     std::size_t bytes;
-    Range* next;
+    char* end() const { return begin + bytes; }
   };
-  static char* end(Range* range) { return reinterpret_cast<char*>(range) + range->bytes; }
 
+  void make_room_for_another();
   void* take_first_fit(std::size_t bytes);
   void grow(std::size_t bytes);
   void add(char* begin, std::size_t bytes);
-  void insert(char* begin, std::size_t bytes) noexcept;
+  void insert(Range range) noexcept;
   void release_whole_pages() noexcept;
 
   mutable std::mutex mutex_;
-  Range first_{0, nullptr};  // before all others
+  // What is free, in the order of addresses; no two ranges touch. Told beside the memory and not in
+  // it: to touch a page is work, which belongs to the threads that fill it.
+  std::vector<Range> free_;
+  std::size_t taken_ = 0;
 };
 
 /// Those of the process.

@@ -43,8 +43,34 @@ class Neighbours {
   LargeVector<std::int32_t> position_;
 };
 
-// No more than this, without looking at who shares what.
-double most_blocks(const BlockLayout& layout, Side eliminated_side) {
+// A reduced matrix can have the square of the kept blocks: what cannot be held is refused here and
+// not half-way. The least that any use of it takes is the matrix itself; what a factorisation has
+// beside it depends on its kind.
+void require_pattern_memory(const BlockLayout& layout, Side eliminated, ThreadPool& pool) {
+  const Side kept = opposite(eliminated);
+  const double size = layout.block_size(kept);
+  require_memory(most_reduced_blocks(layout, eliminated, pool) * (8 * size * size + 12),
+                 "the reduced matrix of " + std::to_string(layout.block_count(kept)) + " blocks");
+}
+
+}  // namespace
+
+std::int64_t count_reduced_blocks(const BlockLayout& layout, Side eliminated, ThreadPool& pool) {
+  const std::int64_t count = layout.block_count(opposite(eliminated));
+  const Neighbours neighbours(layout, eliminated);
+  const double others = parallel_sum(pool, count, 16, [&](std::int64_t first, std::int64_t last) {
+    std::vector<std::int32_t> seen(index(count), -1);
+    std::int64_t found = 0;
+    for (std::int64_t a = first; a < last; ++a) {
+      neighbours.visit_after(a, seen, [&](std::int32_t) { ++found; });
+    }
+    return static_cast<double>(found);
+  });
+  return count + static_cast<std::int64_t>(others);
+}
+
+double most_reduced_blocks(const BlockLayout& layout, Side eliminated_side, ThreadPool& pool) {
+  constexpr double few = 1e7;
   const Incidence& eliminated = layout.incidence(eliminated_side);
   double blocks = 0;
   for (std::int64_t e = 0; e < layout.block_count(eliminated_side); ++e) {
@@ -53,38 +79,13 @@ double most_blocks(const BlockLayout& layout, Side eliminated_side) {
     blocks += degree * (degree + 1) / 2;
   }
   const auto all = static_cast<double>(layout.block_count(opposite(eliminated_side)));
-  return std::min(blocks, all * (all + 1) / 2);
-}
-
-// A reduced matrix can have the square of the kept blocks. Where it may be large its blocks are
-// counted before any is stored: what cannot be held is refused here and not half-way. The least
-// that any use of it takes is the matrix itself; what a factorisation has beside it depends on its
-// kind.
-void require_pattern_memory(const BlockLayout& layout, Side eliminated) {
-  constexpr double few = 1e7;
-  double blocks = most_blocks(layout, eliminated);
-  if (blocks > few) blocks = static_cast<double>(count_reduced_blocks(layout, eliminated));
-  const Side kept = opposite(eliminated);
-  const double size = layout.block_size(kept);
-  require_memory(blocks * (8 * size * size + 12),
-                 "the reduced matrix of " + std::to_string(layout.block_count(kept)) + " blocks");
-}
-
-}  // namespace
-
-std::int64_t count_reduced_blocks(const BlockLayout& layout, Side eliminated) {
-  const std::int64_t count = layout.block_count(opposite(eliminated));
-  const Neighbours neighbours(layout, eliminated);
-  std::vector<std::int32_t> seen(index(count), -1);
-  std::int64_t blocks = count;
-  for (std::int64_t a = 0; a < count; ++a) {
-    neighbours.visit_after(a, seen, [&](std::int32_t) { ++blocks; });
-  }
-  return blocks;
+  blocks = std::min(blocks, all * (all + 1) / 2);
+  if (blocks <= few) return blocks;
+  return static_cast<double>(count_reduced_blocks(layout, eliminated_side, pool));
 }
 
 SymmetricPattern reduced_pattern(const BlockLayout& layout, Side eliminated, ThreadPool& pool) {
-  require_pattern_memory(layout, eliminated);
+  require_pattern_memory(layout, eliminated, pool);
   const Side kept = opposite(eliminated);
   const std::int64_t count = layout.block_count(kept);
   SymmetricPattern pattern;

@@ -13,6 +13,9 @@ namespace raybundle::linalg {
 SymmetricPattern reduced_pattern(const BlockLayout& layout, Side eliminated, ThreadPool& pool);
 
 /// How many blocks the upper triangle of that matrix has; takes next to no memory.
-std::int64_t count_reduced_blocks(const BlockLayout& layout, Side eliminated);
+std::int64_t count_reduced_blocks(const BlockLayout& layout, Side eliminated, ThreadPool& pool);
+
+/// The same where they may be many, else no fewer: for who wants to know soon whether they fit.
+double most_reduced_blocks(const BlockLayout& layout, Side eliminated, ThreadPool& pool);
 
 }  // namespace raybundle::linalg

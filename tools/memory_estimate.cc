@@ -71,7 +71,7 @@ ReducedMemory reduced_memory(const linalg::BlockLayout& layout, ReducedShape& sh
                              linalg::ThreadPool& pool) {
   using linalg::Side;
   const auto cameras = static_cast<double>(layout.hubs);
-  const auto blocks = static_cast<double>(linalg::count_reduced_blocks(layout, Side::leaves));
+  const auto blocks = static_cast<double>(linalg::count_reduced_blocks(layout, Side::leaves, pool));
   shape.order = layout.size(Side::hubs);
   shape.fill = blocks / (cameras * (cameras + 1) / 2);
   try {
@@ -116,13 +116,12 @@ LinearCandidate first_choice(const linalg::BlockLayout& layout, linalg::ThreadPo
 
 MemoryEstimates estimate_memory(const Problem& problem, Lens lens) {
   using E = Elimination;
-  linalg::ThreadPool pool(1);
+  linalg::ThreadPool pool(linalg::available_threads());
   const Objective objective(problem, {.lens = lens}, pool);
   const linalg::BlockLayout& layout = objective.layout();
   MemoryEstimates result;
   const ReducedMemory reduced = reduced_memory(layout, result.reduced, pool);
-  Estimator estimator(problem, lens,
-                      linalg::CoarseSpace::memory(layout, linalg::available_threads()));
+  Estimator estimator(problem, lens, linalg::CoarseSpace::memory(layout, pool));
   const LinearCandidate automatic = first_choice(layout, pool);
   estimator.add(Method::automatic, E::points, automatic.linear, automatic.memory);
   const auto add_factorised = [&](Method method) {

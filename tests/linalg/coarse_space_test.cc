@@ -230,7 +230,7 @@ TEST(CoarseSpace, HasAClusterForEachPartThatIsNotConnected) {
 TEST(CoarseSpace, IsRefusedWhereItWouldTakeTooMuch) {
   ThreadPool pool(1);
   const BlockLayout layout = pairs(20);
-  const double needed = CoarseSpace::memory(layout, 1);
+  const double needed = CoarseSpace::memory(layout, pool);
   EXPECT_NO_THROW(CoarseSpace(layout, pool, needed));
   EXPECT_THROW(CoarseSpace(layout, pool, 0.99 * needed), MemoryRefusal);
 }

@@ -3,8 +3,11 @@
 #include <raybundle/linalg/huge_pages.h>
 
 #include <sys/mman.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -127,6 +130,22 @@ TEST(HugePages, ManyLargeArraysAdjoinUnlessAnotherMappingIsInTheWay) {
   EXPECT_LE(pages.held(), ranges * page);
   for (void* each : taken) pages.give(each, bytes);
   EXPECT_EQ(pages.held(), 0U);
+}
+
+// Pages in memory of a range of whole pages.
+std::ptrdiff_t resident(void* begin, std::size_t bytes) {
+  const auto small = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  std::vector<unsigned char> in(bytes / small, 0);
+  EXPECT_EQ(::mincore(begin, bytes, in.data()), 0);
+  return std::count_if(in.begin(), in.end(), [](unsigned char each) { return (each & 1U) != 0; });
+}
+
+TEST(HugePages, AreFirstTouchedByWhoFillsThem) {
+  HugePages pages;
+  const std::size_t bytes = 3 * page + page / 2;
+  auto* const memory = static_cast<char*>(pages.take(bytes));
+  EXPECT_EQ(resident(memory - page / 2, 4 * page), 0);
+  pages.give(memory, bytes);
 }
 
 TEST(HugePages, RefuseWhatDoesNotExist) {

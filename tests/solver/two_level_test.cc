@@ -85,7 +85,7 @@ TEST(TwoLevel, AreRefusedOrLeftWhereTheyWouldTakeTooMuch) {
   const Problem problem = street(600);
   linalg::ThreadPool pool(1);
   const Objective objective(problem, {}, pool);
-  const double coarse = linalg::CoarseSpace::memory(objective.layout(), 1);
+  const double coarse = linalg::CoarseSpace::memory(objective.layout(), pool);
   Options options = resolve({.method = Method::tnm, .preconditioner = Preconditioner::two_level});
   options.memory_limit = 0.99 * coarse;
   EXPECT_THROW((void)make_step_solver(options, objective.layout(), pool), MemoryRefusal);
