@@ -57,7 +57,7 @@ class CoarseSpace {
   CoarseBasis basis_;
   HubClusters clusters_;
   std::unique_ptr<Cholesky> cholesky_;
-  std::vector<double> feels_;  // diag(H) of the hubs
+  LargeVector<double> feels_;  // diag(H); of the hubs at first
   std::vector<double> c_;
 };
 
