@@ -55,7 +55,6 @@ void NormalEquations::diagonal_blocks(const BlockJacobian& J, Side side, std::ve
   });
 }
 
-// H_ii of any unknown.
 double NormalEquations::diagonal_entry(std::int64_t i) const {
   const std::int64_t of_leaves = i - layout->offset(Side::leaves);
   if (of_leaves < 0) return hub_diagonal_[index(i)];
@@ -69,8 +68,8 @@ void NormalEquations::diagonal(double low, double high, double* d, ThreadPool& p
   });
 }
 
-double NormalEquations::scaled_gradient_squares(ThreadPool& pool) const {
-  return parallel_sum(pool, layout->unknowns(), 8192, [&](std::int64_t first, std::int64_t last) {
+double NormalEquations::scaled_gradient_squares(std::int64_t unknowns, ThreadPool& pool) const {
+  return parallel_sum(pool, unknowns, 8192, [&](std::int64_t first, std::int64_t last) {
     double sum = 0;
     for (std::int64_t i = first; i < last; ++i) {
       const double value = diagonal_entry(i);

@@ -42,11 +42,12 @@ struct NormalEquations {
     return layout->anchored() ? own_gradient_.data() : gradient.data();
   }
 
+  double diagonal_entry(std::int64_t i) const;  ///< H_ii of any unknown
   /// Writes diag(H), clamped to [low, high], to d (all unknowns).
   void diagonal(double low, double high, double* d, ThreadPool& pool) const;
 
-  /// g^T diag(H)^-1 g over the unknowns that have a diagonal.
-  double scaled_gradient_squares(ThreadPool& pool) const;
+  /// g^T diag(H)^-1 g over those of the first `unknowns` that have a diagonal.
+  double scaled_gradient_squares(std::int64_t unknowns, ThreadPool& pool) const;
 
   const BlockLayout* layout;     ///< outlives this
   LargeVector<double> C;         ///< leaves x (leaf_size x leaf_size), symmetric
@@ -64,7 +65,6 @@ struct NormalEquations {
   double absorb(BlockJacobian& J, std::int64_t first, std::int64_t last, double* of_hubs,
                 Evaluate&& evaluate);
   void collect(const double* sums_of_hubs);
-  double diagonal_entry(std::int64_t i) const;
 
   HubSums sums_;
   std::vector<double> hub_diagonal_;

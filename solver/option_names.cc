@@ -43,7 +43,7 @@ const char* name(PoseUpdate value) { return pick(std::array{"global", "local", "
 const char* name(Lens value) { return pick(std::array{"free", "fixed"}, value); }
 const char* name(PointModel value) { return pick(std::array{"xyz", "idp", "pba", "pmba"}, value); }
 const char* name(PointStart value) { return pick(std::array{"problem", "rays"}, value); }
-const char* name(PointSteps value) { return pick(std::array{"all", "better"}, value); }
+const char* name(PointSteps value) { return pick(std::array{"all", "better", "none"}, value); }
 const char* name(ObjectiveKind value) { return pick(std::array{"pixel", "ray"}, value); }
 const char* name(Gauge value) { return pick(std::array{"free", "fixed"}, value); }
 const char* name(Precision value) { return pick(std::array{"single", "double"}, value); }

@@ -53,8 +53,8 @@ void visit_options(AnyOptions& o, Visit&& visit) {
                    "where points start: as given, or from two of their rays; auto: problem, of a "
                    "ParallaxBA folder rays"});
   visit(o.point_steps, OptionInfo{"point-steps",
-                                  "which points take their part of a step: all, or those whose own "
-                                  "cost it does not raise; auto: all, dogleg: better"});
+                                  "which points take their part of a step: all, those whose own "
+                                  "cost it does not raise, or none; auto: all, dogleg: better"});
   visit(o.objective, OptionInfo{"objective", "what a residual compares"});
   visit(o.ray_weight, OptionInfo{"ray-weight", "weight of a ray's residual; auto: pixel"});
   visit(
@@ -177,7 +177,7 @@ inline constexpr int enum_count<PointModel> = 4;
 template <>
 inline constexpr int enum_count<PointStart> = 2;
 template <>
-inline constexpr int enum_count<PointSteps> = 2;
+inline constexpr int enum_count<PointSteps> = 3;
 template <>
 inline constexpr int enum_count<ObjectiveKind> = 2;
 template <>

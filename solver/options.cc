@@ -116,6 +116,19 @@ void refuse_loss_of_rays(const Options& o) {
   }
 }
 
+// A spring that damping stretches between a point and where it is holds it, on the eliminated side.
+void refuse_points_that_stay(const Options& o, const MethodTraits& method) {
+  if (o.point_steps != PointSteps::none) return;
+  const std::string who = std::string("--point-steps none: method ") + method.name;
+  if (!method.damped) throw OptionError(who + " has no damping to hold points by; use lm-cholesky");
+  if (method.adaptive || o.elimination.value_or(Elimination::points) != Elimination::points) {
+    throw OptionError(
+        "--point-steps none: points that stay must be what is eliminated; use "
+        "--elimination points" +
+        std::string(method.adaptive ? " and another method than adinm" : ""));
+  }
+}
+
 void refuse_formulation(const Options& o, const MethodTraits& method) {
   if (o.objective == ObjectiveKind::ray && o.lens == Lens::free) {
     throw OptionError(
@@ -291,6 +304,7 @@ Options resolve(const Options& options) {
   refuse_solver_choices(given, method);
   refuse_globalisation(given, method);
   refuse_formulation(given, method);
+  refuse_points_that_stay(given, method);
 
   Options effective = given;
   if (!method.adaptive) effective.elimination = given.elimination.value_or(Elimination::points);

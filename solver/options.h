@@ -37,10 +37,14 @@ enum class ForcingRule { thesis, constant, eisenstat_walker, nash_sofer };
 /// [Liu18, Remark 5], which keeps their parallax exactly where coordinates would round it.
 enum class PointStart { problem, rays };
 
-/// Which points take their part of a step: all, or those alone whose own cost it does not raise,
-/// the cameras having taken theirs. The others stay for once (anchored ones go with their anchors),
-/// and do not spoil a step that is good for all else.
-enum class PointSteps { all, better };
+/// Which points take their part of a step:
+///   all
+///   better  those whose own cost it does not raise, the cameras having taken theirs; the others
+///           stay for once, and do not spoil a step that is good for all else
+///   none    no point moves by itself
+/// Anchored points that stay keep direction and parallax, and go with their anchors: with rotations
+/// and lenses fixed, `none` is the registration of positions of [Liu18, Eq. 13].
+enum class PointSteps { all, better, none };
 
 using linalg::Precision;
 

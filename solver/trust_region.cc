@@ -173,6 +173,10 @@ bool TrustRegion::step_is_finite() const {
 // What is taken back is not promised either. The cameras' step counts on points that follow: where
 // the model promises nothing without those that were taken back, all go.
 void TrustRegion::propose() {
+  if (points_stay()) {
+    hold_points();
+    return predict_decrease(std::nullopt);
+  }
   if (summary_.options.point_steps == PointSteps::better) {
     const PhaseTimer timer(summary_.seconds.residual);
     whole_step_ = step_;

@@ -55,6 +55,9 @@ class TrustRegion {
   void start_globalisation();
   void begin_record();
   void fill_damping();
+  bool points_stay() const { return summary_.options.point_steps == PointSteps::none; }
+  void hold_points();
+  std::int64_t free_unknowns() const;
   void fill_matrices();
   void fill_modes();
   bool step_is_finite() const;

@@ -20,7 +20,7 @@ void TrustRegion::linearize() {
   fill_matrices();
   fill_modes();
   relinearised_ = true;
-  const auto unknowns = static_cast<std::int64_t>(normal_.gradient.size());
+  const std::int64_t unknowns = free_unknowns();
   const double* g = normal_.gradient.data();
   record_.cost = cost_;
   if (objective_.formulation().objective != ObjectiveKind::pixel) {
@@ -44,7 +44,7 @@ double TrustRegion::free_promise() const {
   const linalg::BlockLayout& layout = objective_.layout();
   const PointModel points = objective_.formulation().points;
   const int cameras = !is_anchored(points) ? 1 : (points == PointModel::idp ? 2 : 3);
-  return 0.5 * normal_.scaled_gradient_squares(pool_) /
+  return 0.5 * normal_.scaled_gradient_squares(free_unknowns(), pool_) /
          (cameras * layout.hub_size + layout.leaf_size);
 }
 
@@ -79,6 +79,27 @@ void TrustRegion::fill_damping() {
   const double mu = damping_->mu();
   linalg::for_entries(static_cast<std::int64_t>(damping_diagonal_.size()), pool_,
                       [&](std::size_t i) { damping_diagonal_[i] = mu * damping_matrix_[i]; });
+  if (!points_stay()) return;
+  // Held by much more than their own curvature, and by so little that nothing is lost to rounding
+  // where their anchors move them.
+  constexpr double much = 1e6;
+  const std::int64_t cameras = objective_.layout().size(linalg::Side::hubs);
+  linalg::for_entries(objective_.layout().size(linalg::Side::leaves), pool_, [&](std::size_t i) {
+    const std::int64_t unknown = cameras + static_cast<std::int64_t>(i);
+    damping_diagonal_[index(unknown)] += much * normal_.diagonal_entry(unknown);
+  });
+}
+
+// What is left of their steps.
+void TrustRegion::hold_points() {
+  std::fill(step_.begin() + objective_.layout().size(linalg::Side::hubs), step_.end(), 0.0);
+  record_.points_held = objective_.layout().leaves;
+}
+
+// Those of the cameras come first.
+std::int64_t TrustRegion::free_unknowns() const {
+  return points_stay() ? objective_.layout().size(linalg::Side::hubs)
+                       : objective_.layout().unknowns();
 }
 
 // The gradient and the cost are exact, whatever rows are rounded to: where steps promise a decrease

@@ -31,6 +31,7 @@ struct Command {
 /// std::system_error (an output) and std::bad_alloc.
 Command add_solve(CLI::App& program);
 Command add_info(CLI::App& program);
+Command add_init(CLI::App& program);
 Command add_convert(CLI::App& program);
 Command add_eval(CLI::App& program);
 Command add_increments(CLI::App& program);

@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include <raybundle/models/alignment.h>
-#include <raybundle/models/scenes/random.h>
+#include <raybundle/models/random.h>
 
 namespace raybundle::bench {
 namespace {
@@ -34,7 +34,7 @@ std::vector<double> blocks_of(const std::vector<double>& values, const std::vect
 std::vector<bool> chosen_frames(std::int64_t count, std::int64_t frames, std::uint64_t seed) {
   std::vector<std::size_t> order(index(count));
   std::iota(order.begin(), order.end(), std::size_t{0});
-  scenes::Random random(seed);
+  Random random(seed);
   for (std::int64_t i = 0; i < count; ++i) {
     std::swap(order[index(i)], order[index(i + random.below(count - i))]);
   }

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 
 #include <raybundle/bench/qu18/probe.h>
-#include <raybundle/models/scenes/random.h>
+#include <raybundle/models/random.h>
 
 namespace raybundle::bench {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 using Eigen::VectorXd;
 
 /// A random direction whose parts change the image by comparable amounts.
-VectorXd random_direction(const linalg::BlockLayout& layout, scenes::Random& random) {
+VectorXd random_direction(const linalg::BlockLayout& layout, Random& random) {
   constexpr std::array<double, 9> sizes = {1e-2, 1e-2, 1e-2, 1e-2, 1e-2, 1e-2, 1, 1e-3, 1e-3};
   VectorXd direction(layout.unknowns());
   const auto hubs = layout.size(linalg::Side::hubs);
@@ -27,7 +27,7 @@ VectorXd random_direction(const linalg::BlockLayout& layout, scenes::Random& ran
 
 Json taylor(const Problem& problem, std::uint64_t seed, linalg::ThreadPool& pool) {
   Linearised at(problem, pool);
-  scenes::Random random(seed, 1);
+  Random random(seed, 1);
   const State start = at.objective.state_of(problem);
   State u = start, moved = start;
   at.objective.retract(start, random_direction(at.layout(), random).data(), u);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <raybundle/models/scenes/random.h>
+#include <raybundle/models/random.h>
 
 /// The little geometry that scenes are made of, from + - * / and sqrt alone (no C library, no
 /// Eigen), so that the same seed gives the same bits everywhere. All that computes with it is

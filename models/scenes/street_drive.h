@@ -1,7 +1,7 @@
 #pragma once
 
+#include <raybundle/models/random.h>
 #include <raybundle/models/scenes/camera.h>
-#include <raybundle/models/scenes/random.h>
 #include <raybundle/models/scenes/street.h>
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <raybundle/models/scenes/random.h>
+#include <raybundle/models/random.h>
 
 #include <cstdint>
 #include <vector>

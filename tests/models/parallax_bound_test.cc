@@ -13,14 +13,13 @@
 
 #include <raybundle/linalg/normal_equations.h>
 #include <raybundle/models/objective.h>
+#include <raybundle/models/random.h>
 #include <raybundle/models/rotation.h>
-#include <raybundle/models/scenes/random.h>
 
 namespace raybundle {
 namespace {
 
 using Eigen::Vector3d;
-using scenes::Random;
 
 Vector3d direction(Random& random) {
   for (;;) {

@@ -14,8 +14,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <raybundle/models/random.h>
 #include <raybundle/models/rotation.h>
-#include <raybundle/models/scenes/random.h>
 #include <raybundle/tests/support/dense_objective.h>
 #include <raybundle/tests/support/numeric_jacobian.h>
 
@@ -25,7 +25,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using scenes::Random;
 using test::DenseObjective;
 
 Vector3d direction(Random& random) {

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
-#include <raybundle/models/scenes/random.h>
+#include <raybundle/models/random.h>
 #include <raybundle/tests/support/numeric_jacobian.h>
 #include <raybundle/tests/support/taylor.h>
 
@@ -28,7 +28,7 @@ const std::vector<double> angles = {0,         1e-300,    1e-160,    1e-20,     
                                     0.5,       0.999999,  1,         1.000001,   2,     3,
                                     pi - 1e-3, pi - 1e-6, pi - 1e-9, pi - 1e-12, pi};
 
-Vector3d random_axis(scenes::Random& random) {
+Vector3d random_axis(Random& random) {
   const double x = random.normal();
   const double y = random.normal();
   const double z = random.normal();
@@ -45,7 +45,7 @@ std::vector<Vector3d> axes() {
     result.push_back((Vector3d::Unit(k) + 1e-9 * Vector3d::Ones()).normalized());
   }
   result.push_back(Vector3d::Ones().normalized());
-  scenes::Random random(7);
+  Random random(7);
   for (int k = 0; k < 20; ++k) result.push_back(random_axis(random));
   return result;
 }
@@ -129,7 +129,7 @@ TEST(Rotation, LogOfHalfTurnsWrittenByHand) {
 }
 
 TEST(Rotation, AnglesBeyondPiAreTheSameRotation) {
-  scenes::Random random(11);
+  Random random(11);
   for (const double angle : {pi + 1e-9, 4.0, 2 * pi - 1e-6, 2 * pi, 7.0, 100.0}) {
     const Vector3d axis = random_axis(random);
     const double wrapped = std::remainder(angle, 2 * pi);
@@ -148,7 +148,7 @@ TEST(Rotation, QuaternionIsUnitAndTurnsLikeTheMatrix) {
 }
 
 TEST(Rotation, MultiplyIsTheMatrixProduct) {
-  scenes::Random random(3);
+  Random random(3);
   for (int k = 0; k < 50; ++k) {
     const Vector3d a = random.uniform(0, 3) * random_axis(random);
     const Vector3d b = random.uniform(0, 3) * random_axis(random);
@@ -166,7 +166,7 @@ TEST(Rotation, ComposeKeepsTinyUpdates) {
 
 TEST(Rotation, LongChainsStayConsistent) {
   // 5000 steps forth and the same steps back, through every angle many times.
-  scenes::Random random(5);
+  Random random(5);
   const Vector3d start(0.3, -0.2, 0.1);
   std::vector<Vector3d> steps;
   Vector3d phi = start;
@@ -183,7 +183,7 @@ TEST(Rotation, LongChainsStayConsistent) {
 }
 
 TEST(Rotation, RightJacobianMatchesNumericDerivatives) {
-  scenes::Random random(13);
+  Random random(13);
   for (const double angle : {0.0, 1e-9, 1e-4, 0.1, 0.999, 1.001, 3.0, pi - 1e-6, pi, 4.0, 6.0}) {
     const Vector3d phi = angle * random_axis(random);
     // The limit that defines J_r [Qu18, Eq. 3.26].
@@ -196,7 +196,7 @@ TEST(Rotation, RightJacobianMatchesNumericDerivatives) {
 }
 
 TEST(Rotation, RightJacobianHasTaylorSlopeTwo) {
-  scenes::Random random(17);
+  Random random(17);
   for (const double angle : {0.01, 0.1, 0.9, 1.1, 3.0, pi, 5.0}) {
     const Vector3d phi = angle * random_axis(random);
     const Vector3d d = random_axis(random);

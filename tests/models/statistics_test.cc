@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 
 #include <raybundle/models/io/bal.h>
-#include <raybundle/models/scenes/random.h>
+#include <raybundle/models/random.h>
 #include <raybundle/models/scenes/street.h>
 
 namespace raybundle {
@@ -191,7 +191,7 @@ TEST(StructureStatistics, OfAnEmptyProblemIsZero) {
 /// Random observations: short tracks, and long ones that are counted by sets of bits.
 Problem random_observations(int cameras, int points, int longest, std::uint64_t seed) {
   Problem problem = row_of_cameras(cameras, points);
-  scenes::Random random(seed);
+  Random random(seed);
   for (std::int32_t i = 0; i < points; ++i) {
     const std::int64_t length = random.uniform() < 0.2 ? random.below(longest) : random.below(3);
     for (std::int64_t k = 0; k < length; ++k) {

@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 
 #include <raybundle/models/error.h>
+#include <raybundle/models/random.h>
 #include <raybundle/models/scenes/camera.h>
-#include <raybundle/models/scenes/random.h>
 #include <raybundle/models/statistics.h>
 #include <raybundle/tests/models/scene_hash.h>
 

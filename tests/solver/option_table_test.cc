@@ -76,7 +76,7 @@ TEST(OptionNames, CountsReachTheLastValue) {
   EXPECT_EQ(static_cast<int>(LossScope::component) + 1, enum_count<LossScope>);
   EXPECT_EQ(static_cast<int>(PointModel::pmba) + 1, enum_count<PointModel>);
   EXPECT_EQ(static_cast<int>(PointStart::rays) + 1, enum_count<PointStart>);
-  EXPECT_EQ(static_cast<int>(PointSteps::better) + 1, enum_count<PointSteps>);
+  EXPECT_EQ(static_cast<int>(PointSteps::none) + 1, enum_count<PointSteps>);
   EXPECT_EQ(static_cast<int>(ObjectiveKind::ray) + 1, enum_count<ObjectiveKind>);
   EXPECT_EQ(static_cast<int>(RayWeight::unit) + 1, enum_count<RayWeight>);
   EXPECT_EQ(static_cast<int>(Gauge::fixed) + 1, enum_count<Gauge>);

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <raybundle/models/random.h>
 #include <raybundle/models/rotation.h>
-#include <raybundle/models/scenes/random.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -18,7 +18,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using scenes::Random;
 
 constexpr double camera_distance = 5;
 constexpr double far_distance = 1e8;

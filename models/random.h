@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace raybundle::scenes {
+namespace raybundle {
 
 /// Random numbers that are the same bits on every machine and compiler: a 64-bit counter through a
 /// mixing function, and own maps to uniform and normal numbers. These use + - * / and sqrt only,
@@ -22,4 +22,4 @@ class Random {
   std::uint64_t counter_;
 };
 
-}  // namespace raybundle::scenes
+}  // namespace raybundle

@@ -1,10 +1,10 @@
 // Built with -ffp-contract=off: a fused multiply-add would change the last bits.
 
-#include <raybundle/models/scenes/random.h>
+#include <raybundle/models/random.h>
 
 #include <cmath>
 
-namespace raybundle::scenes {
+namespace raybundle {
 namespace {
 
 constexpr std::uint64_t golden_step = 0x9E3779B97F4A7C15U;  // 2^64 / golden ratio, odd
@@ -59,4 +59,4 @@ std::int64_t Random::below(std::int64_t count) {
   return static_cast<std::int64_t>(bits() % static_cast<std::uint64_t>(count));
 }
 
-}  // namespace raybundle::scenes
+}  // namespace raybundle

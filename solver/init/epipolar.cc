@@ -1,0 +1,172 @@
+// A pair of rays (a, b) fits a pose where e = b . (t x R a) = b^T E a is 0: both are in one plane
+// with the baseline. Turning a by a small angle changes e by at most the part of E^T b at right
+// angles to a, of which the square is |E^T b|^2 - e^2; likewise b. In pixels, to first order,
+//   d^2 = e^2 / ((|E^T b|^2 - e^2) / p_a^2 + (|E a|^2 - e^2) / p_b^2)              [Sampson82]
+// with p pixels per radian.
+
+#include <raybundle/solver/init/epipolar.h>
+
+#include <raybundle/models/point_model.h>
+#include <raybundle/models/rotation.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+
+#include <cmath>
+
+namespace raybundle::init {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Step = Eigen::Matrix<double, 5, 1>;
+
+double squared(double x) { return x * x; }
+
+// The squared length of one pixel, in units of e.
+double variance(const Vector3d& Ea, const Vector3d& Eb, double e, double pixels_a,
+                double pixels_b) {
+  return std::max(Eb.squaredNorm() - e * e, 0.0) / squared(pixels_a) +
+         std::max(Ea.squaredNorm() - e * e, 0.0) / squared(pixels_b);
+}
+
+RelativePose moved(const RelativePose& pose, const Step& step) {
+  Vector3d across, along;
+  tangent_basis(pose.t.data(), across.data(), along.data());
+  return {so3::exp(step.head<3>()) * pose.R,
+          (pose.t + step[3] * across + step[4] * along).normalized()};
+}
+
+double cost(const RelativePose& pose, const RayPairs& pairs, std::span<const std::int32_t> which,
+            double scale) {
+  const Matrix3d E = essential_matrix(pose);
+  double sum = 0;
+  for (const std::int32_t i : which) {
+    sum += std::log1p(squared_epipolar_error(E, pairs, i) / squared(scale));
+  }
+  return sum;
+}
+
+// J^T W J and J^T W r of r = e / sqrt(variance), the latter held fixed, with Cauchy's weights.
+struct Normal {
+  Eigen::Matrix<double, 5, 5> H = Eigen::Matrix<double, 5, 5>::Zero();
+  Step g = Step::Zero();
+};
+
+Normal normal_equations(const RelativePose& pose, const RayPairs& pairs,
+                        std::span<const std::int32_t> which, double scale) {
+  Normal result;
+  const Matrix3d E = essential_matrix(pose);
+  Vector3d across, along;
+  tangent_basis(pose.t.data(), across.data(), along.data());
+  for (const std::int32_t i : which) {
+    const Vector3d a = pairs.a.col(i), b = pairs.b.col(i), Ra = pose.R * a;
+    const double e = b.dot(E * a);
+    const double v = variance(E * a, E.transpose() * b, e, pairs.pixels_a[i], pairs.pixels_b[i]);
+    if (!(v > 0)) continue;
+    const double weight = 1 / (v * (1 + e * e / v / squared(scale)));
+    const Vector3d by_t = Ra.cross(b);
+    Step J;
+    J << Ra.cross(b.cross(pose.t)), by_t.dot(across), by_t.dot(along);
+    result.H.selfadjointView<Eigen::Lower>().rankUpdate(J, weight);
+    result.g += weight * e * J;
+  }
+  result.H = result.H.selfadjointView<Eigen::Lower>();
+  return result;
+}
+
+}  // namespace
+
+RayPairs RayPairs::subset(std::span<const std::int32_t> which) const {
+  const auto count = static_cast<Eigen::Index>(which.size());
+  RayPairs result = {Eigen::Matrix3Xd(3, count), Eigen::Matrix3Xd(3, count), Eigen::VectorXd(count),
+                     Eigen::VectorXd(count)};
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const std::int32_t i = which[static_cast<std::size_t>(k)];
+    result.a.col(k) = a.col(i);
+    result.b.col(k) = b.col(i);
+    result.pixels_a[k] = pixels_a[i];
+    result.pixels_b[k] = pixels_b[i];
+  }
+  return result;
+}
+
+Matrix3d essential_matrix(const RelativePose& pose) { return so3::hat(pose.t) * pose.R; }
+
+std::array<RelativePose, 4> poses_of(const Matrix3d& E) {
+  const Eigen::JacobiSVD<Matrix3d> svd(E, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Matrix3d U = svd.matrixU(), V = svd.matrixV();
+  if (U.determinant() < 0) U.col(2) *= -1;
+  if (V.determinant() < 0) V.col(2) *= -1;
+  Matrix3d W;
+  W << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  const Matrix3d one = U * W * V.transpose(), other = U * W.transpose() * V.transpose();
+  const Vector3d t = U.col(2);
+  return {{{one, t}, {one, -t}, {other, t}, {other, -t}}};
+}
+
+double squared_epipolar_error(const Matrix3d& E, const RayPairs& pairs, std::int64_t i) {
+  const Vector3d a = pairs.a.col(i), b = pairs.b.col(i);
+  const Vector3d Ea = E * a;
+  const double e = b.dot(Ea);
+  const double v = variance(Ea, E.transpose() * b, e, pairs.pixels_a[i], pairs.pixels_b[i]);
+  return v > 0 ? e * e / v : 0;
+}
+
+// l_b b = l_a R a + t: crossed with b and with R a it tells the signs of both distances.
+Sides sides(const RelativePose& pose, const RayPairs& pairs, std::span<const std::int32_t> which,
+            double least_parallax) {
+  Sides result;
+  for (const std::int32_t i : which) {
+    const Vector3d a = pose.R * pairs.a.col(i), b = pairs.b.col(i);
+    const Vector3d normal = b.cross(a);
+    const double pixels = std::min(pairs.pixels_a[i], pairs.pixels_b[i]);
+    if (a.dot(b) > 0 && normal.norm() * pixels < least_parallax) continue;
+    const double l_a = pose.t.cross(b).dot(normal), l_b = pose.t.cross(a).dot(normal);
+    if (l_a > 0 && l_b > 0) {
+      ++result.front;
+    } else {
+      ++result.behind;
+    }
+  }
+  return result;
+}
+
+RelativePose facing_pose(const Matrix3d& E, const RayPairs& pairs,
+                         std::span<const std::int32_t> which, double least_parallax) {
+  RelativePose best;
+  std::int64_t most = -1;
+  for (const RelativePose& pose : poses_of(E)) {
+    const std::int64_t front = sides(pose, pairs, which, least_parallax).front;
+    if (front > most) most = front, best = pose;
+  }
+  return best;
+}
+
+RelativePose refined_pose(const RelativePose& start, const RayPairs& pairs,
+                          std::span<const std::int32_t> which, double scale) {
+  constexpr int most_steps = 20;
+  RelativePose pose = start;
+  double at = cost(pose, pairs, which, scale), damping = 1e-4;
+  for (int k = 0; k < most_steps && damping < 1e4; ++k) {
+    Normal normal = normal_equations(pose, pairs, which, scale);
+    normal.H.diagonal() *= 1 + damping;
+    normal.H.diagonal().array() += 1e-12 * normal.H.trace();
+    const Step step = normal.H.ldlt().solve(-normal.g);
+    const RelativePose next = moved(pose, step);
+    const double there = cost(next, pairs, which, scale);
+    if (!(there < at)) {
+      damping *= 10;
+      continue;
+    }
+    const bool done = at - there < 1e-10 * at;
+    pose = next;
+    at = there;
+    damping *= 0.1;
+    if (done) break;
+  }
+  return pose;
+}
+
+}  // namespace raybundle::init

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <raybundle/solver/init/rotation_averaging.h>
+#include <raybundle/solver/init/sightings.h>
+#include <raybundle/solver/init/view_graph.h>
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace raybundle::init {
+
+/// A point as its parallax tells it, without any scale [Liu18, 3.1, Remark 5], and the linear form
+/// of the ray from image i to it [Liu18, Eq. 12]:
+///   N_i = G (P_a - P_m) + sin_theta (P_m - P_i),   G = sin(alpha - theta) Exp((pi - alpha) n_z)
+/// where the direction from m to a is that of the pair's epipolar geometry.
+struct Feature {
+  std::int32_t point = 0;
+  std::int32_t main = 0, associate = 0;  ///< images: its anchors
+  double sin_theta = 0;                  ///< of the parallax angle
+  Eigen::Matrix3d G;
+
+  /// The coefficients of the positions of main, associate and observing image in N.
+  Eigen::Matrix3d of_main() const { return -G + sin_theta * Eigen::Matrix3d::Identity(); }
+  const Eigen::Matrix3d& of_associate() const { return G; }
+  double of_observer() const { return -sin_theta; }
+};
+
+/// Features of all points that two images of known rotation saw which are an edge of the graph with
+/// a translation, in accordance with it to `threshold` pixels: of all such pairs the anchors are
+/// those with the best parallax, the largest angle below a right one [Zhao15]. Of long tracks 32
+/// observers, evenly spaced, are compared.
+std::vector<Feature> features(const Sightings& sightings, const ViewGraph& graph,
+                              const std::vector<Eigen::Matrix3d>& R_cw,
+                              std::span<const std::uint8_t> known, double threshold,
+                              linalg::ThreadPool& pool);
+
+/// The ray of a sighting in the world.
+Eigen::Vector3d world_ray(const Sightings& sightings, const std::vector<Eigen::Matrix3d>& R_cw,
+                          std::int64_t sighting);
+
+}  // namespace raybundle::init

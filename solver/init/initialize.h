@@ -1,0 +1,74 @@
+#pragma once
+
+#include <raybundle/solver/init/image_pairs.h>
+#include <raybundle/solver/init/positions_linear.h>
+#include <raybundle/solver/init/positions_nonlinear.h>
+#include <raybundle/solver/init/relative_pose.h>
+#include <raybundle/solver/init/restriction.h>
+#include <raybundle/solver/init/rotation_averaging.h>
+#include <raybundle/solver/init/view_graph.h>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace raybundle::init {
+
+struct InitializeOptions {
+  PairOptions pairs = {};
+  RelativePoseOptions relative_pose = {};
+  RotationOptions rotations = {};
+  LinearPositionOptions linear = {};
+  PositionOptions positions = {};
+  std::uint64_t seed = 1;
+  int threads = 0;  ///< 0: all cores
+};
+
+/// What became of an image.
+enum class Placement {
+  placed,
+  unlinked,     ///< too few points in common with any other, or no pose that fits them
+  apart,        ///< not in the largest component of what is linked
+  disagreeing,  ///< every edge to the rest disagrees with the rotations of the rest
+  unmeasured,   ///< rotations alone tie it to the rest: no parallax
+};
+const char* name(Placement value);
+
+/// The stages, in order, with seconds.
+struct InitializeTimes {
+  double sightings = 0, pairs = 0, rotations = 0, translations = 0, features = 0, linear = 0,
+         positions = 0, total = 0;
+};
+
+struct InitializeReport {
+  std::vector<Placement> images;           ///< of each image
+  std::vector<std::uint8_t> points;        ///< 1: placed
+  std::vector<std::uint8_t> observations;  ///< 1: used; else their lens cannot have made them
+  std::int64_t placed_images = 0, placed_points = 0, unused_observations = 0;
+  std::int64_t pairs = 0;                                        ///< of images, tried
+  std::int64_t edges = 0, rotation_edges = 0, planar_edges = 0;  ///< pairs with a relative pose
+  std::int64_t pruned = 0;                                       ///< edges that disagreed
+  std::int64_t features = 0;
+  AveragedRotations rotations;
+  LinearPositions linear;
+  Summary positions;
+  InitializeTimes seconds;
+};
+
+/// Is told what is being done and how far it is, of how much; 0 of 0 where that is not known.
+using Progress = std::function<void(const char* stage, std::int64_t done, std::int64_t all)>;
+
+/// Poses and points of a problem from its observations and lenses alone [Liu18, 3]: epipolar
+/// geometries of image pairs, rotations by averaging, features without depth, positions by linear
+/// and then by non-linear least squares. What could not be placed stays as it was, and the report
+/// says why. The first placed image, the root of the rotations, has the identity for its pose; the
+/// scale is such that a step between neighbours is about 1. Throws InputError when the problem is
+/// inconsistent or nothing can be placed, std::system_error when a thread is refused.
+InitializeReport initialize(Problem& problem, const InitializeOptions& options = {},
+                            const Progress& progress = {});
+
+/// What was placed as a problem of its own, without observations that their lens cannot have made.
+Restriction placed_part(const Problem& problem, const InitializeReport& report);
+
+}  // namespace raybundle::init

@@ -1,0 +1,88 @@
+#include <raybundle/solver/init/pose_graph_system.h>
+
+#include <algorithm>
+
+namespace raybundle::init {
+namespace {
+
+using linalg::index;
+
+linalg::SymmetricPattern pattern_of(std::int64_t images,
+                                    std::vector<PoseGraphSystem::Couple> couples) {
+  for (auto& [a, b] : couples) {
+    if (a > b) std::swap(a, b);
+  }
+  for (std::int32_t i = 0; i < images; ++i) couples.emplace_back(i, i);
+  std::sort(couples.begin(), couples.end());
+  couples.erase(std::unique(couples.begin(), couples.end()), couples.end());
+  linalg::SymmetricPattern pattern;
+  pattern.row_begin.push_back(0);
+  pattern.offset.push_back(0);
+  for (const auto& [a, b] : couples) pattern.column.push_back(b);
+  auto at = couples.begin();
+  for (std::int32_t i = 0; i < images; ++i) {
+    at = std::find_if(at, couples.end(), [&](const auto& couple) { return couple.first != i; });
+    pattern.row_begin.push_back(at - couples.begin());
+    pattern.offset.push_back(3 * (std::int64_t{i} + 1));
+  }
+  return pattern;
+}
+
+}  // namespace
+
+PoseGraphSystem::PoseGraphSystem(std::int64_t images, std::vector<Couple> couples,
+                                 linalg::ThreadPool& pool)
+    : cholesky_(linalg::Cholesky::make(
+          linalg::plan_cholesky(pattern_of(images, std::move(couples)), pool.threads()), pool)) {}
+
+void PoseGraphSystem::set_zero() {
+  linalg::SymmetricBlocks& A = cholesky_->matrix();
+  for (std::int64_t i = 0; i < A.pattern().blocks(); ++i) A.set_zero(i);
+}
+
+// a <= b.
+double* PoseGraphSystem::block_at(std::int32_t a, std::int32_t b) {
+  linalg::SymmetricBlocks& A = cholesky_->matrix();
+  const linalg::SymmetricPattern& pattern = A.pattern();
+  const auto first = pattern.column.begin() + pattern.row_begin[index(a)];
+  const auto last = pattern.column.begin() + pattern.row_begin[index(a + 1)];
+  const auto found = std::lower_bound(first, last, b);
+  return A.row(a) + A.block_shift(found - pattern.column.begin());
+}
+
+void PoseGraphSystem::add(std::int32_t a, std::int32_t b, const Eigen::Matrix3d& block) {
+  const bool upper = a <= b;
+  double* at = upper ? block_at(a, b) : block_at(b, a);
+  const std::int64_t next = stride(std::min(a, b));
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) at[r * next + c] += upper ? block(r, c) : block(c, r);
+  }
+}
+
+void PoseGraphSystem::hold(std::int32_t image) {
+  const linalg::SymmetricPattern& pattern = cholesky_->matrix().pattern();
+  const auto set = [&](std::int32_t a, std::int32_t b) {
+    double* at = block_at(a, b);
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) at[r * stride(a) + c] = a == b && r == c ? 1 : 0;
+    }
+  };
+  for (std::int32_t a = 0; a <= image; ++a) {
+    const auto first = pattern.column.begin() + pattern.row_begin[index(a)];
+    const auto last = pattern.column.begin() + pattern.row_begin[index(a + 1)];
+    if (a < image && std::binary_search(first, last, image)) set(a, image);
+    if (a < image) continue;
+    for (auto b = first; b != last; ++b) set(a, *b);
+  }
+}
+
+void PoseGraphSystem::solve(Eigen::Ref<Eigen::MatrixXd> x) {
+  Eigen::VectorXd column;
+  for (Eigen::Index k = 0; k < x.cols(); ++k) {
+    column = x.col(k);
+    cholesky_->solve(column.data());
+    x.col(k) = column;
+  }
+}
+
+}  // namespace raybundle::init

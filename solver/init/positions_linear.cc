@@ -1,0 +1,273 @@
+#include <raybundle/solver/init/positions_linear.h>
+
+#include <raybundle/solver/init/graph.h>
+#include <raybundle/solver/init/pose_graph_system.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace raybundle::init {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+// A ray to a feature, from image `image`; images are nodes here.
+struct Row {
+  std::int32_t feature, image;
+  double pixels;
+  Vector3d v;
+};
+
+// The images that features tie to the root, with numbers of their own.
+struct Nodes {
+  std::vector<std::int32_t> image;
+  std::vector<std::int32_t> node;  // of an image; -1
+  std::int32_t root = 0;
+};
+
+class Programme {
+ public:
+  Programme(std::vector<Feature> features, std::vector<Row> rows, const Nodes& nodes,
+            linalg::ThreadPool& pool)
+      : features_(std::move(features)),
+        rows_(std::move(rows)),
+        root_(nodes.root),
+        order_(3 * static_cast<std::int64_t>(nodes.image.size())),
+        pool_(pool),
+        weight_(VectorXd::Ones(count())),
+        constrained_(rows_.size(), 1),
+        system_(static_cast<std::int64_t>(nodes.image.size()), couples(), pool) {}
+
+  std::int64_t count() const { return static_cast<std::int64_t>(rows_.size()); }
+
+  // Least squares of the present weights, without inequalities: x = rows H^-1 c / (c^T H^-1 c).
+  bool solve(VectorXd& x) {
+    const VectorXd c = sum_of_depths();
+    fill(0);
+    if (!system_.factor()) return false;
+    Eigen::MatrixXd direction = c;
+    system_.solve(direction);
+    x = direction * (static_cast<double>(count()) / c.dot(direction.col(0)));
+    return x.allFinite();
+  }
+
+  // The same with them, from a start: ADMM over z = A x >= 0 [Boyd11, 5.2]. Returns the steps.
+  int solve_constrained(VectorXd& x, int most_steps) {
+    const VectorXd c = sum_of_depths();
+    const double rho = 1e-2;
+    fill(rho);
+    if (!system_.factor()) return 0;
+    Eigen::MatrixXd towards_c = c;
+    system_.solve(towards_c);
+    VectorXd depth = depths(x), z = depth.cwiseMax(0), multiplier = VectorXd::Zero(count());
+    int step = 0;
+    while (step < most_steps) {
+      ++step;
+      Eigen::MatrixXd next = transposed(rho * z - multiplier);
+      next.middleRows<3>(3 * root_).setZero();
+      system_.solve(next);
+      const double missing = static_cast<double>(count()) - c.dot(next.col(0));
+      x = next + towards_c * (missing / c.dot(towards_c.col(0)));
+      depth = depths(x);
+      z = (depth + multiplier / rho).cwiseMax(0);
+      multiplier += rho * (depth - z);
+      if ((depth - z).cwiseAbs().maxCoeff() < 1e-3) break;
+    }
+    return step;
+  }
+
+  // Weights of angles in pixels, with Cauchy's loss, for x.
+  void reweight(const VectorXd& x, double scale) {
+    parallel([&](std::int64_t k) {
+      const Row& row = rows_[at(k)];
+      const Vector3d N = ray(row, x);
+      const double length = std::max(N.norm(), 1e-3);
+      const double error = row.v.cross(N).norm() / length * row.pixels;
+      const double robust = 1 / (1 + error * error / (scale * scale));
+      weight_[k] = robust / (length * length);
+      constrained_[at(k)] = robust > 0.1 ? 1 : 0;
+    });
+    weight_ /= weight_.mean();
+  }
+
+  VectorXd depths(const VectorXd& x) const {
+    VectorXd result(count());
+    parallel([&](std::int64_t k) {
+      const Row& row = rows_[at(k)];
+      result[k] = constrained_[at(k)] != 0 ? row.v.dot(ray(row, x)) : 0;
+    });
+    return result;
+  }
+
+  const std::vector<Row>& rows() const { return rows_; }
+
+ private:
+  std::vector<PoseGraphSystem::Couple> couples() const {
+    std::vector<PoseGraphSystem::Couple> result;
+    for (const Row& row : rows_) {
+      const Feature& feature = features_[at(row.feature)];
+      result.emplace_back(feature.main, feature.associate);
+      result.emplace_back(feature.main, row.image);
+      result.emplace_back(feature.associate, row.image);
+    }
+    return result;
+  }
+
+  template <class Body>
+  void parallel(Body&& body) const {
+    linalg::parallel_for(pool_, count(), 1024, [&](std::int64_t first, std::int64_t last) {
+      for (; first < last; ++first) body(first);
+    });
+  }
+
+  Vector3d ray(const Row& row, const VectorXd& x) const {
+    const Feature& feature = features_[at(row.feature)];
+    const Vector3d P_m = x.segment<3>(3 * feature.main), P_a = x.segment<3>(3 * feature.associate);
+    const Vector3d P_i = x.segment<3>(3 * row.image);
+    return feature.G * (P_a - P_m) + feature.sin_theta * (P_m - P_i);
+  }
+
+  // A^T y, of the rows with an inequality.
+  VectorXd transposed(const VectorXd& y) const {
+    VectorXd result = VectorXd::Zero(order_);
+    for (std::int64_t k = 0; k < count(); ++k) {
+      if (constrained_[at(k)] == 0) continue;
+      const Row& row = rows_[at(k)];
+      const Feature& feature = features_[at(row.feature)];
+      const Vector3d along = y[k] * row.v, moved = feature.G.transpose() * along;
+      result.segment<3>(3 * feature.associate) += moved;
+      result.segment<3>(3 * feature.main) += feature.sin_theta * along - moved;
+      result.segment<3>(3 * row.image) -= feature.sin_theta * along;
+    }
+    return result;
+  }
+
+  VectorXd sum_of_depths() const {
+    VectorXd c = transposed(VectorXd::Ones(count()));
+    c.segment<3>(3 * root_).setZero();
+    return c;
+  }
+
+  // H + rho A^T A and a pinch of the identity, without the root.
+  void fill(double rho) {
+    system_.set_zero();
+    for (std::int64_t k = 0; k < count(); ++k) add_row(k, rho);
+    const double pinch =
+        1e-10 * weight_.mean() * static_cast<double>(count()) / static_cast<double>(order_);
+    for (std::int32_t i = 0; i < order_ / 3; ++i) {
+      system_.add(i, i, pinch * Matrix3d::Identity());
+    }
+    system_.hold(root_);
+  }
+
+  void add_row(std::int64_t k, double rho) {
+    const Row& row = rows_[at(k)];
+    const Feature& feature = features_[at(row.feature)];
+    const double along = constrained_[at(k)] != 0 ? rho : 0;
+    const Matrix3d W =
+        weight_[k] * Matrix3d::Identity() + (along - weight_[k]) * row.v * row.v.transpose();
+    const std::array<std::pair<std::int32_t, Matrix3d>, 3> terms = {
+        {{feature.main, feature.of_main()},
+         {feature.associate, feature.of_associate()},
+         {row.image, feature.of_observer() * Matrix3d::Identity()}}};
+    for (std::size_t p = 0; p < 3; ++p) {
+      const Matrix3d left = terms[p].second.transpose() * W;
+      system_.add(terms[p].first, terms[p].first, left * terms[p].second);
+      for (std::size_t q = p + 1; q < 3; ++q) {
+        const Matrix3d product = left * terms[q].second;
+        const bool same = terms[p].first == terms[q].first;
+        system_.add(terms[p].first, terms[q].first,
+                    same ? Matrix3d(product + product.transpose()) : product);
+      }
+    }
+  }
+
+  std::vector<Feature> features_;
+  std::vector<Row> rows_;
+  std::int32_t root_;
+  std::int64_t order_;
+  linalg::ThreadPool& pool_;
+  VectorXd weight_;
+  std::vector<std::uint8_t> constrained_;
+  PoseGraphSystem system_;
+};
+
+template <class Visit>
+void for_rows(const Sightings& sightings, const Feature& feature,
+              std::span<const std::uint8_t> known, Visit&& visit) {
+  const Sightings::Range track = sightings.of_point(feature.point);
+  for (std::int64_t s = track.first; s < track.last; ++s) {
+    if (known[at(sightings.image(s))] != 0) visit(s);
+  }
+}
+
+Nodes tied_to(std::int32_t root, const Sightings& sightings, std::span<const Feature> features,
+              std::span<const std::uint8_t> known) {
+  std::vector<WeightedEdge> ties;
+  for (const Feature& feature : features) {
+    for_rows(sightings, feature, known, [&](std::int64_t s) {
+      ties.push_back({feature.main, sightings.image(s), 1});
+    });
+  }
+  const Components parts = components(sightings.images(), ties);
+  Nodes nodes;
+  nodes.node.assign(at(sightings.images()), -1);
+  for (std::int32_t i = 0; i < sightings.images(); ++i) {
+    if (known[at(i)] == 0 || parts.of_node[at(i)] != parts.of_node[at(root)]) continue;
+    nodes.node[at(i)] = static_cast<std::int32_t>(nodes.image.size());
+    nodes.image.push_back(i);
+  }
+  nodes.root = nodes.node[at(root)];
+  return nodes;
+}
+
+}  // namespace
+
+LinearPositions linear_positions(const Sightings& sightings, std::span<const Feature> features,
+                                 const std::vector<Matrix3d>& R_cw,
+                                 std::span<const std::uint8_t> known, std::int32_t root,
+                                 const LinearPositionOptions& options, linalg::ThreadPool& pool) {
+  const Nodes nodes = tied_to(root, sightings, features, known);
+  std::vector<Feature> tied;
+  std::vector<Row> rows;
+  for (const Feature& each : features) {
+    if (nodes.node[at(each.main)] < 0) continue;
+    const auto number = static_cast<std::int32_t>(tied.size());
+    for_rows(sightings, each, known, [&](std::int64_t s) {
+      rows.push_back({number, nodes.node[at(sightings.image(s))], sightings.pixels(s),
+                      world_ray(sightings, R_cw, s)});
+    });
+    tied.push_back(each);
+    tied.back().main = nodes.node[at(each.main)];
+    tied.back().associate = nodes.node[at(each.associate)];
+  }
+  LinearPositions result;
+  result.P.assign(at(sightings.images()), Vector3d::Zero());
+  result.known.assign(at(sightings.images()), 0);
+  result.rows = static_cast<std::int64_t>(rows.size());
+  if (rows.empty()) return result;
+
+  Programme programme(std::move(tied), std::move(rows), nodes, pool);
+  VectorXd x;
+  for (int round = 0; round < options.rounds; ++round) {
+    if (round > 0) programme.reweight(x, options.scale);
+    if (!programme.solve(x)) return result;
+    if (round == 0) result.rows_behind = (programme.depths(x).array() < 0).count();
+    if ((programme.depths(x).array() < 0).any()) {
+      result.admm_steps += programme.solve_constrained(x, options.admm_steps);
+    }
+  }
+  for (std::size_t node = 0; node < nodes.image.size(); ++node) {
+    result.P[at(nodes.image[node])] = x.segment<3>(3 * static_cast<std::int64_t>(node));
+    result.known[at(nodes.image[node])] = 1;
+  }
+  return result;
+}
+
+}  // namespace raybundle::init

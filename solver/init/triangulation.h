@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace raybundle::init {
+
+/// A ray in the world, and how many pixels a radian is for it.
+struct WorldRay {
+  Eigen::Vector3d centre, direction;
+  double pixels;
+};
+
+struct TriangulationOptions {
+  double threshold = 4;        ///< pixels: the largest error of a ray that is used
+  double min_parallax = 0.02;  ///< radians, between some two of the rays used
+};
+
+struct Triangulated {
+  Eigen::Vector3d X;
+  std::vector<std::uint8_t> used;  ///< of a ray
+};
+
+/// The point with the least sum of squared angles to rays, in front of all that are used; where not
+/// all agree, to as many as agree with what the two of best parallax say. Empty where fewer than
+/// two are left, or without the parallax.
+std::optional<Triangulated> triangulated(const std::vector<WorldRay>& rays,
+                                         const TriangulationOptions& options);
+
+/// The angle between a ray and the direction of X, in pixels; large behind.
+double pixels_off(const WorldRay& ray, const Eigen::Vector3d& X);
+
+}  // namespace raybundle::init
