@@ -82,7 +82,8 @@ class Programme {
     return step;
   }
 
-  // Weights of angles in pixels, with Cauchy's loss, for x.
+  // Weights of Cauchy's loss of the angles, in pixels, at x. The lengths of rays stay in: divided by
+  // them, rows would ask for ever less where positions collapse.
   void reweight(const VectorXd& x, double scale) {
     parallel([&](std::int64_t k) {
       const Row& row = rows_[at(k)];
@@ -90,7 +91,7 @@ class Programme {
       const double length = std::max(N.norm(), 1e-3);
       const double error = row.v.cross(N).norm() / length * row.pixels;
       const double robust = 1 / (1 + error * error / (scale * scale));
-      weight_[k] = robust / (length * length);
+      weight_[k] = robust;
       constrained_[at(k)] = robust > 0.1 ? 1 : 0;
     });
     weight_ /= weight_.mean();

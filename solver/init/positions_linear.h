@@ -11,7 +11,7 @@
 namespace raybundle::init {
 
 struct LinearPositionOptions {
-  int rounds = 6;        ///< of reweighting; the first has equal weights
+  int rounds = 3;        ///< of reweighting; the first has equal weights
   double scale = 4;      ///< pixels, of Cauchy's loss that the weights of later rounds follow
   int admm_steps = 200;  ///< at most, where points come out behind cameras
 };
@@ -29,8 +29,8 @@ struct LinearPositions {
 /// with v the observed ray in the world and N linear in positions. A convex quadratic programme:
 /// without the inequalities it takes one factorisation, and where points come out behind their
 /// images the method of multipliers adds them [Boyd11, 5.2]. Weights are 1, and in later rounds
-/// those that make the errors angles in pixels with Cauchy's loss; rows of little weight then have
-/// no inequality.
+/// those of Cauchy's loss of the angles between v and N; rows of little weight then have no
+/// inequality.
 LinearPositions linear_positions(const Sightings& sightings, std::span<const Feature> features,
                                  const std::vector<Eigen::Matrix3d>& R_cw,
                                  std::span<const std::uint8_t> known, std::int32_t root,

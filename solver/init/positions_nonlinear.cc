@@ -21,6 +21,7 @@ Summary register_positions(Problem& problem, const PositionOptions& options,
                                              ? std::nullopt
                                              : std::optional<double>(options.loss_scale),
                            .max_iterations = options.max_iterations,
+                           .function_tolerance = options.function_tolerance,
                            .threads = options.threads};
   try {
     Summary summary = solve(problem, solving, observer);

@@ -9,7 +9,8 @@ namespace raybundle::init {
 struct PositionOptions {
   Loss loss = Loss::cauchy;
   double loss_scale = 4;  ///< pixels
-  int max_iterations = 50;
+  int max_iterations = 30;
+  double function_tolerance = 1e-4;  ///< it is a start, to be solved then
   int threads = 0;
 };
 

@@ -40,9 +40,10 @@ struct AveragedRotations {
 };
 
 /// Rotations of all images of the largest component, from measured ones of pairs: a spanning tree
-/// of greatest weight and the chordal start [Carlone15, III] are both refined on SO(3) by reweighting
-/// with |angle|^(-3/2) [Chatterjee13], and the better one is kept; edges that disagree are then left
-/// out, and the rest is refined again. Throws std::invalid_argument where an edge has no such images.
+/// of greatest weight and the chordal start [Carlone15, III] are both refined on SO(3) by
+/// reweighting with |angle|^(-3/2) [Chatterjee13], and the better one is kept; edges that disagree
+/// are then left out, and the rest is refined again. Throws std::invalid_argument where an edge has
+/// no such images.
 AveragedRotations average_rotations(std::int64_t images, std::span<const RelativeRotation> edges,
                                     const RotationOptions& options, linalg::ThreadPool& pool);
 

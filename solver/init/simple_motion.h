@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-/// Motions that explain pairs of rays without depth, so that epipolar geometry says less than usual.
+/// Motions that explain pairs of rays without depth: epipolar geometry then says less than usual.
 namespace raybundle::init {
 
 /// The rotation that turns most rays a of `which` into their b: sum of Cauchy's loss of the

@@ -1,4 +1,4 @@
-// Essential matrices of five pairs: the true one is among them, and all of them are what they claim.
+// Essential matrices of five pairs: the true one is among them, and all are what they claim.
 
 #include <raybundle/solver/init/five_point.h>
 

@@ -75,7 +75,7 @@ Errors position_errors(const Problem& truth, const Problem& seen, Loss loss) {
   };
   Errors result;
   result.linear = error();
-  const Summary summary = register_positions(problem, {.loss = loss});
+  const Summary summary = register_positions(problem, {.loss = loss, .function_tolerance = 1e-9});
   EXPECT_TRUE(summary.usable()) << summary.message;
   result.registered = error();
   return result;
