@@ -15,6 +15,7 @@
 
 #include <raybundle/models/io/atomic_file.h>
 #include <raybundle/models/io/bal.h>
+#include <raybundle/solver/init/incremental.h>
 #include <raybundle/solver/init/initialize.h>
 #include <raybundle/solver/option_table.h>
 #include <raybundle/tools/commands.h>
@@ -32,6 +33,7 @@ struct Arguments {
   std::string output;
   std::string log;
   bool quiet = false;
+  bool incremental = false;
   init::InitializeOptions options;
 };
 
@@ -73,12 +75,14 @@ class StageLine {
     std::fprintf(stderr, terminal_ ? "\r\033[K%s%s" : "%s%s\n", stage.c_str(), share.c_str());
     open_ = terminal_;
   }
+  ~StageLine() { end(); }
+
+ private:
   void end() {
     if (open_ && terminal_) std::fputs("\r\033[K", stderr);
     open_ = false;
   }
 
- private:
   using Clock = std::chrono::steady_clock;
 
   bool terminal_ = ::isatty(STDERR_FILENO) == 1;
@@ -86,6 +90,33 @@ class StageLine {
   std::string stage_;
   Clock::time_point shown_;
 };
+
+/// What was placed, by the one or the other way.
+init::Restriction place(const Arguments& arguments, Problem& problem, InitRecord& record) {
+  StageLine line;
+  const auto progress = [&](const char* stage, std::int64_t done, std::int64_t all) {
+    if (!arguments.quiet) line.show(stage, done, all);
+  };
+  return naming("problem", arguments.input, [&] {
+    if (arguments.incremental) {
+      const init::IncrementalOptions options = {.pairs = arguments.options.pairs,
+                                                .relative_pose = arguments.options.relative_pose,
+                                                .seed = arguments.options.seed,
+                                                .threads = arguments.options.threads};
+      record.incremental = init::reconstruct_incrementally(problem, options, progress);
+      return init::placed_part(problem, *record.incremental);
+    }
+    record.global = init::initialize(problem, arguments.options, progress);
+    return init::placed_part(problem, *record.global);
+  });
+}
+
+void write_result(const Arguments& arguments, const Problem& placed, InitRecord& record) {
+  io::write_bal(placed, std::filesystem::path(output_path(arguments.output)),
+                arguments.options.threads);
+  record.output = arguments.output == "-" ? "standard output" : arguments.output;
+  if (placed.aspect != 1) std::fprintf(stderr, "warning: %s\n", square_pixels);
+}
 
 ExitCode run(const Arguments& arguments) {
   check(arguments);
@@ -101,20 +132,8 @@ ExitCode run(const Arguments& arguments) {
   record.seed = arguments.options.seed;
   record.threads =
       arguments.options.threads > 0 ? arguments.options.threads : linalg::available_threads();
-  StageLine line;
-  const auto progress = [&](const char* stage, std::int64_t done, std::int64_t all) {
-    if (!arguments.quiet) line.show(stage, done, all);
-  };
-  record.report = naming("problem", arguments.input,
-                         [&] { return init::initialize(problem, arguments.options, progress); });
-  line.end();
-  if (!arguments.output.empty()) {
-    const Problem placed = init::placed_part(problem, record.report).problem;
-    io::write_bal(placed, std::filesystem::path(output_path(arguments.output)),
-                  arguments.options.threads);
-    record.output = arguments.output == "-" ? "standard output" : arguments.output;
-    if (placed.aspect != 1) std::fprintf(stderr, "warning: %s\n", square_pixels);
-  }
+  const Problem placed = place(arguments, problem, record).problem;
+  if (!arguments.output.empty()) write_result(arguments, placed, record);
   if (!arguments.log.empty()) {
     record.log = arguments.log == "-" ? "standard output" : arguments.log;
     io::write_file_atomically(output_path(arguments.log), init_json(record));
@@ -148,6 +167,18 @@ Command add_init(CLI::App& program) {
                    "Write what was done, and what became of each camera, here, as JSON")
       ->type_name("LOG")
       ->check(has_name, "");
+  parser
+      ->add_option_function<std::string>(
+          "--pipeline",
+          [arguments](const std::string& text) {
+            if (text != "global" && text != "incremental") {
+              throw OptionError("--pipeline: '" + text + "' is none of global, incremental");
+            }
+            arguments->incremental = text == "incremental";
+          },
+          "All images at once, or one batch after the other with a bundle\n"
+          "adjustment after each [global]")
+      ->type_name("global|incremental");
   parser
       ->add_option("--min-common", options.pairs.min_common,
                    "Fewest points that a pair of images has in common, from 6 [20]")

@@ -32,6 +32,7 @@ struct Command {
 Command add_solve(CLI::App& program);
 Command add_info(CLI::App& program);
 Command add_init(CLI::App& program);
+Command add_rotations(CLI::App& program);
 Command add_convert(CLI::App& program);
 Command add_eval(CLI::App& program);
 Command add_increments(CLI::App& program);

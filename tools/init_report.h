@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
+#include <raybundle/solver/init/incremental.h>
 #include <raybundle/solver/init/initialize.h>
 
 /// What `raybundle init` tells of what it did.
@@ -14,8 +16,9 @@ struct InitRecord {
   std::uint64_t seed = 0;
   int threads = 0;
   double read_seconds = 0;
-  std::string output, log;  ///< where the result went; empty: nowhere
-  init::InitializeReport report;
+  std::string output, log;                       ///< where the result went; empty: nowhere
+  std::optional<init::InitializeReport> global;  ///< one of the two
+  std::optional<init::IncrementalReport> incremental;
 };
 
 /// For people.
@@ -23,10 +26,14 @@ std::string init_report(const InitRecord& record);
 
 /// In JSON:
 ///   schema 1, version, build
-///   problem{source, cameras, points, observations, unused_observations}, seed, threads
-///   placed{cameras, points}, images[] a word for each camera of the input: placed, unlinked,
-///     apart, disagreeing or unmeasured (solver/init/initialize.h); those placed are the cameras of
-///     the output, in the same order
+///   problem{source, cameras, points, observations}, pipeline global or incremental, seed, threads
+///   placed{cameras, points}, images[] a word for each camera of the input: placed, or why not
+///     (solver/init/initialize.h; incremental: left out); those placed are the cameras of the
+///     output, in the same order
+/// of the incremental pipeline
+///   bundle_adjustments, resections, seconds{read, pairs, bundle_adjustments, total}
+/// and of the global one
+///   unused_observations, which their lens cannot have made
 ///   pairs{tried, edges, planar, rotation_only, pruned}
 ///   rotations{tree, chordal, before, after}{mean, median, upper_decile, largest} in degrees, and
 ///     iterations

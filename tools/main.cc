@@ -115,11 +115,11 @@ ExitCode run_program(int argc, char** argv) {
   program.set_version_flag("--version", raybundle::version);
   program.require_subcommand(1);
   const std::vector<Command> commands = {
-      raybundle::tools::add_solve(program),      raybundle::tools::add_init(program),
-      raybundle::tools::add_info(program),       raybundle::tools::add_eval(program),
-      raybundle::tools::add_convert(program),    raybundle::tools::add_generate(program),
-      raybundle::tools::add_increments(program), raybundle::tools::add_bench(program),
-      raybundle::tools::add_version(program)};
+      raybundle::tools::add_solve(program),     raybundle::tools::add_init(program),
+      raybundle::tools::add_rotations(program), raybundle::tools::add_info(program),
+      raybundle::tools::add_eval(program),      raybundle::tools::add_convert(program),
+      raybundle::tools::add_generate(program),  raybundle::tools::add_increments(program),
+      raybundle::tools::add_bench(program),     raybundle::tools::add_version(program)};
   program.footer(std::string(options_footer) + footer);
   try {
     program.parse(argc, argv);

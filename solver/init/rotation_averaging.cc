@@ -100,7 +100,7 @@ class ConnectedRotations {
   // all do, and narrows to their median: from a start that agrees with a few wrong edges at the
   // price of many right ones, a narrow one would never get away.
   int refine(Rotations& R, int most_iterations, double widest) {
-    constexpr double smallest_scale = 1e-7, smallest_step = 1e-10, narrowing = 0.7;
+    constexpr double smallest_scale = 1e-7, smallest_step = 1e-5, narrowing = 0.7;
     double scale = widest;
     int iteration = 0;
     while (iteration < most_iterations) {

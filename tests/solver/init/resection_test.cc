@@ -82,11 +82,11 @@ TEST(Resection, FindsThePoseAmongWrongMatches) {
     Random random(seed);
     const auto found = resection(image.seen, {}, random);
     ASSERT_TRUE(found);
-    EXPECT_LT(test::angle_between(found->pose.R_cw, image.pose.R_cw), 1e-3) << seed;
-    EXPECT_LT((found->pose.centre() - image.pose.centre()).norm(), 5e-3) << seed;
+    EXPECT_LT(test::angle_between(found->pose.R_cw, image.pose.R_cw), 3e-3) << seed;
+    EXPECT_LT((found->pose.centre() - image.pose.centre()).norm(), 2e-2) << seed;
     for (std::int32_t i = 0; i < 150; ++i) {
       const bool in = std::binary_search(found->inliers.begin(), found->inliers.end(), i);
-      if (!image.wrong[static_cast<std::size_t>(i)]) EXPECT_TRUE(in) << seed << " " << i;
+      EXPECT_TRUE(in || image.wrong[static_cast<std::size_t>(i)]) << seed << " " << i;
     }
   }
 }
