@@ -4,6 +4,8 @@ import math
 
 from reproduce.logs import fastest, load
 
+from .initial import ORDERS, Row
+from .initialise import seen_from_above
 from .variants import METHODS
 
 
@@ -129,3 +131,15 @@ class Results:
         files = sorted((self.folder / "streets").glob("*.json"))
         found = [load(file) for file in files if file.stem.isdigit()]
         return [each for each in found if int(each["seed"]) <= self.settings.streets]
+
+    def initial(self, name, order):
+        """A row of Table 5, or nothing."""
+        found = load(self.folder / "initial" / name / order.replace(" ", "-") / "found.json")
+        return Row(found) if found else None
+
+    def layout(self, name):
+        return seen_from_above(self.folder / "initial" / name) if self.initial(name, ORDERS[0]) else []
+
+    def small_scenes(self):
+        files = sorted((self.folder / "initial-scenes").glob("*-*.json"))
+        return [each for each in map(load, files) if int(each["seed"]) <= self.settings.small_scenes]

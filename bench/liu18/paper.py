@@ -6,13 +6,15 @@ import pathlib
 from reproduce.logs import machine
 
 from . import report
+from .initial import SOURCES
 from .logs import Results
 from .variants import DATA_SETS
 from .work import Settings, Work
 
 TITLE = "L. Liu et al., Parallax Bundle Adjustment on Manifold with Improved Global Initialization"
 TIME = "All of it takes about 40 minutes."
-NAMES = ["four-poses", *(each.name for each in DATA_SETS), "streets"]
+INITIAL = {"init-" + each.name: each for each in SOURCES}
+NAMES = ["four-poses", *(each.name for each in DATA_SETS), "streets", *INITIAL, "init-scenes"]
 
 
 def add_options(parser):
@@ -40,6 +42,12 @@ def run(args, program, probe, data):
             work.solve(data_set)
     if "streets" in wanted:
         work.drive()
+    for name, source in INITIAL.items():
+        # Two of the scenes are enough for a test.
+        if name in wanted and (not args.quick or source.name in ("sphere", "trafalgar-126")):
+            work.initialise(source.name)
+    if "init-scenes" in wanted:
+        work.initialise_small()
     return {"settings": dataclasses.asdict(settings), "machine": machine(args.output), "load": work.loads}
 
 

@@ -13,6 +13,7 @@ from reproduce.logs import load
 from reproduce.runs import Runs, words
 
 from . import four_poses, streets
+from .initialise import Initialising
 from .variants import COMMON, DATA_SETS, METHODS, PAPER_METHODS, START
 
 
@@ -23,6 +24,8 @@ class Settings:
     limits: dict = field(default_factory=lambda: {each.name: each.limit for each in DATA_SETS})
     draws: int = 100
     streets: int = 200
+    small_scenes: int = 25  # of each kind
+    quick_scenes: bool = False
     threads: int = 1
     seed: int = 1
 
@@ -31,10 +34,11 @@ class Settings:
         names = [each.name for each in DATA_SETS]
         scales = {**dict.fromkeys(names, 0.002), "fake-pile-135": 0.05, "victoria-cottage": 0.02,
                   "usyd-mainquad": 0.02}
-        return cls(trials=6, scales=scales, limits=dict.fromkeys(names, 10), draws=2, streets=2)
+        return cls(trials=6, scales=scales, limits=dict.fromkeys(names, 10), draws=2, streets=2,
+                   small_scenes=1, quick_scenes=True)
 
 
-class Work(Runs):
+class Work(Initialising, Runs):
     def __init__(self, program, probe, folder, settings, data=None):
         super().__init__(program, probe, folder)
         self.settings, self.data = settings, data
@@ -55,11 +59,11 @@ class Work(Runs):
                       *METHODS[name].split(), *words({**COMMON, "max-iterations": 4}).split(), "--diagnose"])
             self.evaluate(solution, truth, folder / (name + ".eval.json"))
 
-    def run(self, command):
+    def run(self, command, allowed=(0, 4)):
         """The exit code: 0, or 4 of a numerical failure, which is a result."""
         command = [str(word) for word in command]
         done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode not in (0, 4):
+        if done.returncode not in allowed:
             sys.exit(f"reproduce: {' '.join(command)}: {done.stderr.strip()}")
         return done.returncode
 

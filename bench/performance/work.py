@@ -20,7 +20,7 @@ from .logs import SCALING_FROM, TARGETS, Results
 
 STOP = 1.0008  # times the best cost known: a little below the second target
 MOST = 500  # iterations of whatever ends by itself
-SMALL, MORE_ROUNDS = 100_000, 3  # observations below which solves take tens of ms, and rounds times this
+SMALL, MORE_ROUNDS = 300_000, 3  # observations below which solves take less than 0.2 s, and rounds times this
 LEAST_LIMIT = 20  # seconds that every variant of Ceres gets, unless another has shown that less will do
 
 

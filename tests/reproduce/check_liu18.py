@@ -72,6 +72,21 @@ def check_judgement():
     require(logs.half_chi2({"cost": 2, "pixel_cost": 3}) == 3, "chi2 of rays")
 
 
+def check_layout(folder):
+    from liu18 import four_poses, initial, layout
+    start, truth, other = folder / "start.txt", folder / "truth.txt", folder / "shuffled.txt"
+    four_poses.write(2, start, truth)
+    places = layout.centres(truth)
+    turned = [[3 - 2 * y, 2 * x, 2 * z - 1] for x, y, z in places]
+    back = layout.aligned(turned, places)
+    require(max(math.dist(a, b) for a, b in zip(back, places)) < 1e-9, "alignment")
+    flat = layout.from_above([[x, 0.1 * z, y] for x, y, z in [[5, 0, 0], [-5, 0, 0], [0, 2, 0], [0, -2, 0]]])[0]
+    require(max(abs(x) for x, _ in flat) > 4.99 and max(abs(y) for _, y in flat) > 1.99, "seen from above")
+    initial.shuffled(truth, other)
+    moved = layout.centres(other)
+    require(sorted(moved) == sorted(places) and moved != places, "the same cameras in another order")
+
+
 def main():
     project, program, probe = (pathlib.Path(word).resolve() for word in sys.argv[1:])
     sys.dont_write_bytecode = True
@@ -80,6 +95,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         check_simulation(folder)
+        check_layout(folder)
         command = [project / "tools/reproduce", "liu18", "-o", folder / "runs", "--docs", folder / "docs",
                    "--program", program, "--probe", probe]
         subprocess.run([*command, "--quick"], check=True, stdout=subprocess.DEVNULL)
@@ -91,6 +107,10 @@ def main():
             require(text.count(f"\n| {method} |") >= 6, f"{method} is not in every table")
         figures = re.findall(r"\]\((liu18/fig-8-\S+\.svg)\)", text)
         require(len(figures) == 5, f"{len(figures)} figures of five")
+        require(len(re.findall(r"\| (?:sequential|out of order) \|", text)) == 4, "two scenes in two orders")
+        require(len(re.findall(r"\]\(liu18/fig-9-", text)) == 2, "two layouts")
+        require(all(f"\n| {kind} | 1 |" in text for kind in ("street", "sphere", "aerial", "photos")),
+                "a small scene of each kind")
         require("nan" not in re.findall(r"[a-z]+", text), "a number is NaN")
         subprocess.run([*command, "--report-only"], check=True, stdout=subprocess.DEVNULL)
         require(report.read_text() == text, "the report differs the second time")
