@@ -134,19 +134,29 @@ class Programme {
     return feature.G * (P_a - P_m) + feature.sin_theta * (P_m - P_i);
   }
 
-  // A^T y, of the rows with an inequality.
+  // A^T y, of the rows with an inequality: pieces of rows have sums of their own, added in order.
   VectorXd transposed(const VectorXd& y) const {
+    const linalg::Chunks pieces = linalg::chunks(count(), 4096, 16);
+    std::vector<VectorXd> parts(at(pieces.pieces));
+    pool_.run(pieces.pieces, [&](std::int64_t piece) {
+      VectorXd& part = parts[at(piece)];
+      part = VectorXd::Zero(order_);
+      for (std::int64_t k = pieces.begin(piece); k < pieces.end(piece); ++k) {
+        if (constrained_[at(k)] != 0) add_transposed(k, y[k], part);
+      }
+    });
     VectorXd result = VectorXd::Zero(order_);
-    for (std::int64_t k = 0; k < count(); ++k) {
-      if (constrained_[at(k)] == 0) continue;
-      const Row& row = rows_[at(k)];
-      const Feature& feature = features_[at(row.feature)];
-      const Vector3d along = y[k] * row.v, moved = feature.G.transpose() * along;
-      result.segment<3>(3 * feature.associate) += moved;
-      result.segment<3>(3 * feature.main) += feature.sin_theta * along - moved;
-      result.segment<3>(3 * row.image) -= feature.sin_theta * along;
-    }
+    for (const VectorXd& part : parts) result += part;
     return result;
+  }
+
+  void add_transposed(std::int64_t k, double factor, VectorXd& to) const {
+    const Row& row = rows_[at(k)];
+    const Feature& feature = features_[at(row.feature)];
+    const Vector3d along = factor * row.v, moved = feature.G.transpose() * along;
+    to.segment<3>(3 * feature.associate) += moved;
+    to.segment<3>(3 * feature.main) += feature.sin_theta * along - moved;
+    to.segment<3>(3 * row.image) -= feature.sin_theta * along;
   }
 
   VectorXd sum_of_depths() const {
