@@ -35,6 +35,7 @@ class SymmetricBlocks {
   Storage storage() const { return storage_; }
   double* values() { return values_.data(); }
   const double* values() const { return values_.data(); }
+  std::int64_t value_count() const { return static_cast<std::int64_t>(values_.size()); }
 
   /// First number of block row a, and the distance between its scalar rows.
   double* row(std::int64_t a) { return values_.data() + row_value_[index(a)]; }

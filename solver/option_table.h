@@ -147,7 +147,7 @@ void visit_options(AnyOptions& o, Visit&& visit) {
 
 /// The value called `text`; throws OptionError that lists the legal names.
 template <class Enum>
-Enum parse_enum(const std::string& option, const std::string& text);
+Enum parse_enum(const std::string& option, const std::string& text, const std::string& others = "");
 
 /// All values of an enumeration in order, for help pages and tests.
 template <class Enum>
@@ -188,14 +188,14 @@ template <>
 inline constexpr int enum_count<Precision> = 2;
 
 template <class Enum>
-Enum parse_enum(const std::string& option, const std::string& text) {
+Enum parse_enum(const std::string& option, const std::string& text, const std::string& others) {
   std::string legal;
   for (int i = 0; i < enum_count<Enum>; ++i) {
     const auto value = static_cast<Enum>(i);
     if (text == name(value)) return value;
     legal += (i == 0 ? "" : ", ") + std::string(name(value));
   }
-  throw OptionError("--" + option + ": '" + text + "' is none of " + legal);
+  throw OptionError("--" + option + ": '" + text + "' is none of " + legal + others);
 }
 
 }  // namespace raybundle

@@ -50,7 +50,7 @@ BenchArguments changed_by(const BenchCall& call, BenchArguments arguments) {
   }
   take(call.ceres_variants, arguments.ceres_variants);
   take(call.runs, arguments.runs);
-  take(call.threads, arguments.threads);
+  if (call.threads.value_or(0) > 0) take(call.threads, arguments.threads);
   take(call.time_limit, arguments.time_limit);
   take(call.memory_limit, arguments.memory_limit);
   return arguments;

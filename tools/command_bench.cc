@@ -21,6 +21,7 @@
 #include <raybundle/tools/bench_stamp.h>
 #include <raybundle/tools/commands.h>
 #include <raybundle/tools/interrupt.h>
+#include <raybundle/tools/options_cli.h>
 #include <raybundle/tools/output.h>
 #include <raybundle/tools/report.h>
 
@@ -145,15 +146,18 @@ void add_variant_options(CLI::App& parser, BenchCall& call) {
 void add_limit_options(CLI::App& parser, BenchCall& call) {
   parser.add_option("--runs", call.runs, "Runs of every variant on every problem [3]")
       ->type_name("N");
-  parser.add_option("--threads", call.threads, "Worker threads of every run [all cores]")
+  parser.add_option("--threads", call.threads, "Worker threads of every run; 0: all cores [0]")
       ->type_name("N")
-      ->check(CLI::Range(1, 1024));
+      ->check(CLI::Range(0, 1024));
   parser.add_option("--time-limit", call.time_limit, "Seconds of each solve [300]")->type_name("S");
   parser
-      .add_option("--memory-limit", call.memory_limit,
-                  "Memory of each run, such as 4GB or 500MB [what the machine has]")
-      ->type_name("SIZE")
-      ->transform(CLI::AsSizeValue(true));
+      .add_option_function<std::string>(
+          "--memory-limit",
+          [&call](const std::string& text) {
+            call.memory_limit = static_cast<std::uint64_t>(parse_size("--memory-limit", text));
+          },
+          "Memory of each run, such as 4GB or 500MB [what the machine has]")
+      ->type_name("SIZE");
 }
 
 }  // namespace

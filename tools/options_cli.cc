@@ -59,28 +59,12 @@ std::string kind() {
   }
 }
 
-/// A size with its unit, as a plain number of bytes.
-std::string bytes(const OptionInfo& info, const std::string& given) {
-  const std::size_t digits = std::min(given.find_first_not_of("0123456789."), given.size());
-  std::string unit = "1" + given.substr(digits);
-  double number = 0;
-  const auto [last, error] = std::from_chars(given.data(), given.data() + digits, number);
-  try {
-    const bool whole = error == std::errc() && last == given.data() + digits;
-    if (whole && CLI::AsSizeValue(true)(unit).empty()) {
-      return std::to_string(number * std::stod(unit));
-    }
-  } catch (const CLI::ValidationError&) {
-    // said below, with the option's name
-  }
-  throw OptionError("--" + std::string(info.name) + ": '" + given +
-                    "' is not a size such as 4GB, 1.5GiB or 500MB");
-}
-
-/// The number that `text` is, all of it, within the bounds of the option.
+/// The number that `text` is, all of it, within the bounds of the option. `others`: what else is
+/// legal, for the complaint.
 template <class Number>
-Number parse_number(const OptionInfo& info, const std::string& given) {
-  const std::string plain = info.bytes ? bytes(info, given) : given;
+Number parse_number(const OptionInfo& info, const std::string& given, const std::string& others) {
+  const std::string option = "--" + std::string(info.name);
+  const std::string plain = info.bytes ? std::to_string(parse_size(option, given)) : given;
   Number value{};
   const char* end = plain.data() + plain.size();
   const auto [last, error] = std::from_chars(plain.data(), end, value);
@@ -88,31 +72,44 @@ Number parse_number(const OptionInfo& info, const std::string& given) {
   const bool legal = error == std::errc() && last == end && !plain.empty() && number >= info.low &&
                      number <= info.high;
   if (legal) return value;
-  throw OptionError("--" + std::string(info.name) + ": '" + given + "' is not a " +
+  throw OptionError(option + ": '" + given + "' is not a " +
                     (std::is_integral_v<Number> ? "whole number" : "number") + " from " +
-                    text(info.low) + " to " + text(info.high));
+                    text(info.low) + " to " + text(info.high) + others);
 }
 
 template <class T>
-T parse(const OptionInfo& info, const std::string& given) {
+void assign(T& field, const OptionInfo& info, const std::string& given,
+            const std::string& others = "") {
   if constexpr (std::is_enum_v<T>) {
-    return parse_enum<T>(info.name, given);
+    field = parse_enum<T>(info.name, given, others.empty() ? "" : ", " + others);
   } else {
-    return parse_number<T>(info, given);
+    field = parse_number<T>(info, given, others.empty() ? "" : ", or " + others);
   }
-}
-
-template <class T>
-void assign(T& field, const OptionInfo& info, const std::string& given) {
-  field = parse<T>(info, given);
 }
 /// What a method may choose by itself can be left to it by name.
 template <class T>
 void assign(std::optional<T>& field, const OptionInfo& info, const std::string& given) {
-  field = given == "auto" ? std::optional<T>() : parse<T>(info, given);
+  if (given == "auto") return field.reset();
+  T value{};
+  assign(value, info, given, "auto");
+  field = value;
 }
 
 }  // namespace
+
+double parse_size(const std::string& option, const std::string& text) {
+  const std::size_t digits = std::min(text.find_first_not_of("0123456789."), text.size());
+  std::string unit = "1" + text.substr(digits);
+  double number = 0;
+  const auto [last, error] = std::from_chars(text.data(), text.data() + digits, number);
+  try {
+    const bool whole = error == std::errc() && last == text.data() + digits;
+    if (whole && CLI::AsSizeValue(true)(unit).empty()) return number * std::stod(unit);
+  } catch (const CLI::ValidationError&) {
+    // said below, with the option's name
+  }
+  throw OptionError(option + ": '" + text + "' is not a size such as 4GB, 1.5GiB or 500MB");
+}
 
 void add_solver_options(CLI::App& parser, Options& options) {
   visit_options(options, [&parser](auto& field, const OptionInfo& info) {

@@ -24,6 +24,9 @@ Options parse_solver_options(const std::vector<std::string>& words);
 /// The seed that `text` is, all of it. Throws OptionError naming `option`.
 std::uint64_t parse_seed(const std::string& option, const std::string& text);
 
+/// A size with its unit, such as 1.5GiB, in bytes. Throws OptionError naming `option`.
+double parse_size(const std::string& option, const std::string& text);
+
 /// A check for names of files: an empty one, from an unset variable perhaps, must not pass for
 /// none.
 std::string has_name(const std::string& name);

@@ -40,6 +40,15 @@ void PoseGraphSystem::set_zero() {
   for (std::int64_t i = 0; i < A.pattern().blocks(); ++i) A.set_zero(i);
 }
 
+void PoseGraphSystem::keep() {
+  const linalg::SymmetricBlocks& A = cholesky_->matrix();
+  kept_.assign(A.values(), A.values() + A.value_count());
+}
+
+void PoseGraphSystem::restore() {
+  std::copy(kept_.begin(), kept_.end(), cholesky_->matrix().values());
+}
+
 // a <= b.
 double* PoseGraphSystem::block_at(std::int32_t a, std::int32_t b) {
   linalg::SymmetricBlocks& A = cholesky_->matrix();

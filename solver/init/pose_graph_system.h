@@ -24,6 +24,9 @@ class PoseGraphSystem {
   PoseGraphSystem(std::int64_t images, std::vector<Couple> couples, linalg::ThreadPool& pool);
 
   void set_zero();
+  /// Remembers what has been added so far, or goes back to it.
+  void keep();
+  void restore();
   /// Adds `block` at rows of a and columns of b, and its transpose across the diagonal.
   void add(std::int32_t a, std::int32_t b, const Eigen::Matrix3d& block);
   /// Rows and columns of the image become those of the identity; after all is added.
@@ -39,6 +42,7 @@ class PoseGraphSystem {
   std::int64_t stride(std::int32_t a) const { return cholesky_->matrix().stride(a); }
 
   std::unique_ptr<linalg::Cholesky> cholesky_;
+  std::vector<double> kept_;
 };
 
 }  // namespace raybundle::init

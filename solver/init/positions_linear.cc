@@ -6,7 +6,9 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 namespace raybundle::init {
 namespace {
@@ -49,7 +51,9 @@ class Programme {
   // Least squares of the present weights, without inequalities: x = rows H^-1 c / (c^T H^-1 c).
   bool solve(VectorXd& x) {
     const VectorXd c = sum_of_depths();
-    fill(0);
+    fill();
+    system_.keep();
+    system_.hold(root_);
     if (!system_.factor()) return false;
     Eigen::MatrixXd direction = c;
     system_.solve(direction);
@@ -57,29 +61,16 @@ class Programme {
     return x.allFinite();
   }
 
-  // The same with them, from a start: ADMM over z = A x >= 0 [Boyd11, 5.2]. Returns the steps.
-  int solve_constrained(VectorXd& x, int most_steps) {
+  // The same with them, from the solution without: those that it breaks are added, and then those
+  // that the solution with these breaks. Returns the steps that it took.
+  int constrain(VectorXd& x, int most_steps) {
     const VectorXd c = sum_of_depths();
-    const double rho = 1e-2;
-    fill(rho);
-    if (!system_.factor()) return 0;
-    Eigen::MatrixXd towards_c = c;
-    system_.solve(towards_c);
-    VectorXd depth = depths(x), z = depth.cwiseMax(0), multiplier = VectorXd::Zero(count());
-    int step = 0;
-    while (step < most_steps) {
-      ++step;
-      Eigen::MatrixXd next = transposed(rho * z - multiplier);
-      next.middleRows<3>(3 * root_).setZero();
-      system_.solve(next);
-      const double missing = static_cast<double>(count()) - c.dot(next.col(0));
-      x = next + towards_c * (missing / c.dot(towards_c.col(0)));
-      depth = depths(x);
-      z = (depth + multiplier / rho).cwiseMax(0);
-      multiplier += rho * (depth - z);
-      if ((depth - z).cwiseAbs().maxCoeff() < 1e-3) break;
+    Constraints working;
+    int steps = 0;
+    while (steps < most_steps && add_broken(x, working)) {
+      steps += solve_with(working, c, x, most_steps - steps);
     }
-    return step;
+    return steps;
   }
 
   // Weights of Cauchy's loss of the angles, in pixels, at x. The lengths of rays stay in: divided by
@@ -109,6 +100,69 @@ class Programme {
   const std::vector<Row>& rows() const { return rows_; }
 
  private:
+  // Inequalities v . N >= 0 that are looked after: their rows, and of each what the method of
+  // multipliers knows.
+  struct Constraints {
+    std::vector<std::int64_t> row;
+    std::vector<double> z, multiplier;
+  };
+
+  // False where there is none to add.
+  bool add_broken(const VectorXd& x, Constraints& working) const {
+    constexpr double tolerance = 1e-3;  // of a mean depth of 1
+    const VectorXd depth = depths(x);
+    const std::size_t before = working.row.size();
+    for (std::int64_t k = 0; k < count(); ++k) {
+      if (!(depth[k] < -tolerance)) continue;
+      if (std::binary_search(working.row.begin(),
+                             working.row.begin() + static_cast<std::ptrdiff_t>(before), k)) {
+        continue;
+      }
+      working.row.push_back(k);
+    }
+    if (working.row.size() == before) return false;
+    std::sort(working.row.begin(), working.row.end());
+    working.z.assign(working.row.size(), 0);
+    working.multiplier.assign(working.row.size(), 0);
+    return true;
+  }
+
+  // ADMM over z = A x >= 0 [Boyd11, 5.2], A the rows that are looked after.
+  int solve_with(Constraints& working, const VectorXd& c, VectorXd& x, int most_steps) {
+    const double rho = 1e-2;
+    system_.restore();
+    for (const std::int64_t k : working.row) {
+      const Vector3d& v = rows_[at(k)].v;
+      add_row(rows_[at(k)], rho * v * v.transpose());
+    }
+    system_.hold(root_);
+    if (!system_.factor()) return most_steps;
+    Eigen::MatrixXd towards_c = c;
+    system_.solve(towards_c);
+    for (int step = 1; step <= most_steps; ++step) {
+      Eigen::MatrixXd next = Eigen::MatrixXd::Zero(order_, 1);
+      VectorXd sums = VectorXd::Zero(order_);
+      for (std::size_t i = 0; i < working.row.size(); ++i) {
+        add_transposed(working.row[i], rho * working.z[i] - working.multiplier[i], sums);
+      }
+      sums.segment<3>(3 * root_).setZero();
+      next = sums;
+      system_.solve(next);
+      const double missing = static_cast<double>(count()) - c.dot(next.col(0));
+      x = next + towards_c * (missing / c.dot(towards_c.col(0)));
+      double gap = 0;
+      for (std::size_t i = 0; i < working.row.size(); ++i) {
+        const Row& row = rows_[at(working.row[i])];
+        const double depth = row.v.dot(ray(row, x));
+        working.z[i] = std::max(0.0, depth + working.multiplier[i] / rho);
+        working.multiplier[i] += rho * (depth - working.z[i]);
+        gap = std::max(gap, std::abs(depth - working.z[i]));
+      }
+      if (gap < 5e-4) return step;
+    }
+    return most_steps;
+  }
+
   std::vector<PoseGraphSystem::Couple> couples() const {
     std::vector<PoseGraphSystem::Couple> result;
     for (const Row& row : rows_) {
@@ -165,24 +219,23 @@ class Programme {
     return c;
   }
 
-  // H + rho A^T A and a pinch of the identity, without the root.
-  void fill(double rho) {
+  // H and a pinch of the identity.
+  void fill() {
     system_.set_zero();
-    for (std::int64_t k = 0; k < count(); ++k) add_row(k, rho);
+    for (std::int64_t k = 0; k < count(); ++k) {
+      const Vector3d& v = rows_[at(k)].v;
+      add_row(rows_[at(k)], weight_[k] * (Matrix3d::Identity() - v * v.transpose()));
+    }
     const double pinch =
         1e-10 * weight_.mean() * static_cast<double>(count()) / static_cast<double>(order_);
     for (std::int32_t i = 0; i < order_ / 3; ++i) {
       system_.add(i, i, pinch * Matrix3d::Identity());
     }
-    system_.hold(root_);
   }
 
-  void add_row(std::int64_t k, double rho) {
-    const Row& row = rows_[at(k)];
+  // N^T W N of a row.
+  void add_row(const Row& row, const Matrix3d& W) {
     const Feature& feature = features_[at(row.feature)];
-    const double along = constrained_[at(k)] != 0 ? rho : 0;
-    const Matrix3d W =
-        weight_[k] * Matrix3d::Identity() + (along - weight_[k]) * row.v * row.v.transpose();
     const std::array<std::pair<std::int32_t, Matrix3d>, 3> terms = {
         {{feature.main, feature.of_main()},
          {feature.associate, feature.of_associate()},
@@ -270,9 +323,7 @@ LinearPositions linear_positions(const Sightings& sightings, std::span<const Fea
     if (round > 0) programme.reweight(x, options.scale);
     if (!programme.solve(x)) return result;
     if (round == 0) result.rows_behind = (programme.depths(x).array() < 0).count();
-    if ((programme.depths(x).array() < 0).any()) {
-      result.admm_steps += programme.solve_constrained(x, options.admm_steps);
-    }
+    result.admm_steps += programme.constrain(x, options.admm_steps);
   }
   for (std::size_t node = 0; node < nodes.image.size(); ++node) {
     result.P[at(nodes.image[node])] = x.segment<3>(3 * static_cast<std::int64_t>(node));

@@ -11,9 +11,9 @@
 namespace raybundle::init {
 
 struct LinearPositionOptions {
-  int rounds = 3;        ///< of reweighting; the first has equal weights
-  double scale = 4;      ///< pixels, of Cauchy's loss that the weights of later rounds follow
-  int admm_steps = 200;  ///< at most, where points come out behind cameras
+  int rounds = 3;         ///< of reweighting; the first has equal weights
+  double scale = 4;       ///< pixels, of Cauchy's loss that the weights of later rounds follow
+  int admm_steps = 1000;  ///< of a round, at most, where points come out behind cameras
 };
 
 struct LinearPositions {

@@ -88,6 +88,8 @@ TEST_F(WithScene, MistakesInOptionsEndWithCode2AndAWordAboutThem) {
       {{"solve", input_, "extra"}, "extra"},
       {{"solve", input_, "--method", "ransac"}, "'ransac' is none of auto, lm-cholesky, tnm"},
       {{"solve", input_, "--method"}, "--method"},
+      {{"solve", input_, "--loss", "l2"}, "tukey, truncated, auto"},
+      {{"solve", input_, "--loss-scale", "two"}, "to 1e+100, or auto"},
       {{"solve", input_, "--threads", "two"}, "'two' is not a whole number from 0 to 1024"},
       {{"solve", input_, "--threads", "2.0"}, "'2.0'"},
       {{"solve", input_, "--threads", "-1"}, "'-1'"},
