@@ -8,6 +8,7 @@
 
 #include <raybundle/models/point_model.h>
 #include <raybundle/models/rotation.h>
+#include <raybundle/solver/init/small_descent.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -146,27 +147,13 @@ RelativePose facing_pose(const Matrix3d& E, const RayPairs& pairs,
 
 RelativePose refined_pose(const RelativePose& start, const RayPairs& pairs,
                           std::span<const std::int32_t> which, double scale) {
-  constexpr int most_steps = 20;
-  RelativePose pose = start;
-  double at = cost(pose, pairs, which, scale), damping = 1e-4;
-  for (int k = 0; k < most_steps && damping < 1e4; ++k) {
+  const auto cost_of = [&](const RelativePose& pose) { return cost(pose, pairs, which, scale); };
+  return small_descent(start, cost_of, [&](const RelativePose& pose, double damping) {
     Normal normal = normal_equations(pose, pairs, which, scale);
     normal.H.diagonal() *= 1 + damping;
     normal.H.diagonal().array() += 1e-12 * normal.H.trace();
-    const Step step = normal.H.ldlt().solve(-normal.g);
-    const RelativePose next = moved(pose, step);
-    const double there = cost(next, pairs, which, scale);
-    if (!(there < at)) {
-      damping *= 10;
-      continue;
-    }
-    const bool done = at - there < 1e-10 * at;
-    pose = next;
-    at = there;
-    damping *= 0.1;
-    if (done) break;
-  }
-  return pose;
+    return moved(pose, normal.H.ldlt().solve(-normal.g));
+  });
 }
 
 }  // namespace raybundle::init

@@ -151,6 +151,7 @@ class Initialization {
       if (edge.pose.t.isZero(0)) continue;
       distances.push_back((report_.linear.P[at(edge.i)] - report_.linear.P[at(edge.j)]).norm());
     }
+    if (distances.empty()) return 1;
     const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
     std::nth_element(distances.begin(), middle, distances.end());
     return *middle > 0 ? 1 / *middle : 1;

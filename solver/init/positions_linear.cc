@@ -271,8 +271,10 @@ void for_rows(const Sightings& sightings, const Feature& feature,
   }
 }
 
-Nodes tied_to(std::int32_t root, const Sightings& sightings, std::span<const Feature> features,
-              std::span<const std::uint8_t> known) {
+// The largest set of images that features tie to one another, its root the one asked for if it is
+// among them.
+Nodes tied_images(std::int32_t root, const Sightings& sightings, std::span<const Feature> features,
+                  std::span<const std::uint8_t> known) {
   std::vector<WeightedEdge> ties;
   for (const Feature& feature : features) {
     for_rows(sightings, feature, known, [&](std::int64_t s) {
@@ -283,11 +285,11 @@ Nodes tied_to(std::int32_t root, const Sightings& sightings, std::span<const Fea
   Nodes nodes;
   nodes.node.assign(at(sightings.images()), -1);
   for (std::int32_t i = 0; i < sightings.images(); ++i) {
-    if (known[at(i)] == 0 || parts.of_node[at(i)] != parts.of_node[at(root)]) continue;
+    if (known[at(i)] == 0 || !parts.in_largest(i)) continue;
     nodes.node[at(i)] = static_cast<std::int32_t>(nodes.image.size());
     nodes.image.push_back(i);
   }
-  nodes.root = nodes.node[at(root)];
+  nodes.root = std::max(nodes.node[at(root)], 0);
   return nodes;
 }
 
@@ -297,7 +299,7 @@ LinearPositions linear_positions(const Sightings& sightings, std::span<const Fea
                                  const std::vector<Matrix3d>& R_cw,
                                  std::span<const std::uint8_t> known, std::int32_t root,
                                  const LinearPositionOptions& options, linalg::ThreadPool& pool) {
-  const Nodes nodes = tied_to(root, sightings, features, known);
+  const Nodes nodes = tied_images(root, sightings, features, known);
   std::vector<Feature> tied;
   std::vector<Row> rows;
   for (const Feature& each : features) {

@@ -161,17 +161,18 @@ const char* name(PairKind value) {
 
 std::optional<TwoView> relative_pose(const RayPairs& pairs, const RelativePoseOptions& options,
                                      Random& random) {
-  if (pairs.size() < options.min_inliers) return {};
+  const std::int64_t least = std::max<std::int64_t>(options.min_inliers, 6);
+  if (pairs.size() < least) return {};
   const EssentialEstimator estimator(pairs, options.threshold);
   const auto consensus = ransac(estimator, options.ransac, random);
   if (!consensus) return {};
   TwoView view;
   view.iterations = consensus->iterations;
   view.inliers = estimator.inliers(consensus->model);
-  if (static_cast<std::int64_t>(view.inliers.size()) < options.min_inliers) return {};
+  if (static_cast<std::int64_t>(view.inliers.size()) < least) return {};
   view.pose = estimator.refined(consensus->model, view.inliers);
   view.inliers = estimator.inliers(essential_matrix(view.pose));
-  if (static_cast<std::int64_t>(view.inliers.size()) < options.min_inliers) return {};
+  if (static_cast<std::int64_t>(view.inliers.size()) < least) return {};
   recognise_degeneracy(view, pairs, options, estimator);
   view.parallax = median_parallax(view, pairs);
   return view;

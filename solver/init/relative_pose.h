@@ -12,7 +12,7 @@ namespace raybundle::init {
 
 struct RelativePoseOptions {
   double threshold = 4;           ///< pixels: the largest epipolar error of an inlier
-  std::int64_t min_inliers = 15;  ///< else the pair has no pose
+  std::int64_t min_inliers = 15;  ///< else the pair has no pose; 6 at least
   /// Of the inliers, so many explained by a simpler model make the pair degenerate.
   double degenerate_share = 0.9;
   RansacOptions ransac = {};

@@ -1,6 +1,7 @@
 #include <raybundle/solver/init/resection.h>
 
 #include <raybundle/models/rotation.h>
+#include <raybundle/solver/init/small_descent.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -56,23 +57,11 @@ Step newton_step(const CameraPose& pose, const SeenPoints& seen,
 
 CameraPose refined(const CameraPose& start, const SeenPoints& seen,
                    std::span<const std::int32_t> which, double scale) {
-  CameraPose pose = start;
-  double at = cost(pose, seen, which, scale), damping = 1e-4;
-  for (int k = 0; k < 20 && damping < 1e4; ++k) {
+  const auto cost_of = [&](const CameraPose& pose) { return cost(pose, seen, which, scale); };
+  return small_descent(start, cost_of, [&](const CameraPose& pose, double damping) {
     const Step step = newton_step(pose, seen, which, scale, damping);
-    const CameraPose next = {so3::exp(step.head<3>()) * pose.R_cw, pose.t_cw + step.tail<3>()};
-    const double there = cost(next, seen, which, scale);
-    if (!(there < at)) {
-      damping *= 10;
-      continue;
-    }
-    const bool done = at - there < 1e-10 * at;
-    pose = next;
-    at = there;
-    damping *= 0.1;
-    if (done) break;
-  }
-  return pose;
+    return CameraPose{so3::exp(step.head<3>()) * pose.R_cw, pose.t_cw + step.tail<3>()};
+  });
 }
 
 class PoseEstimator {

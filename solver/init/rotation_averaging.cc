@@ -11,6 +11,8 @@
 #include <limits>
 #include <numeric>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 namespace raybundle::init {
 namespace {
@@ -190,6 +192,8 @@ struct Core {
     }
   }
 
+  std::int64_t nodes() const { return static_cast<std::int64_t>(image.size()); }
+
   // The node whose edges weigh most.
   std::int32_t heaviest() const {
     std::vector<double> weight(image.size(), 0);
@@ -212,6 +216,42 @@ void check(std::int64_t images, std::span<const RelativeRotation> edges) {
   }
 }
 
+// Of every image of the core, from both starts; marks the edges that disagree.
+Rotations average_all(const Core& core, const RotationOptions& options, linalg::ThreadPool& pool,
+                      AveragedRotations& result) {
+  const std::int32_t root = core.heaviest();
+  result.root = core.image[at(root)];
+  ConnectedRotations graph(core.nodes(), core.edges, root, pool);
+  Rotations R = graph.chordal(), tree = graph.along_tree();
+  result.chordal = statistics_of(graph.angles(R));
+  result.tree = statistics_of(graph.angles(tree));
+  result.iterations = graph.refine(R, options.most_iterations, widest_scale) +
+                      graph.refine(tree, options.most_iterations, widest_scale);
+  if (graph.robust_sum(tree) < graph.robust_sum(R)) R.swap(tree);
+  const std::vector<double> angles = graph.angles(R);
+  result.before = statistics_of(angles);
+  for (std::size_t k = 0; k < angles.size(); ++k) {
+    result.pruned[at(core.edge[k])] = angles[k] > options.prune ? 1 : 0;
+  }
+  return R;
+}
+
+// The same of what is left, from rotations nearby; writes them into the result.
+void average_rest(const Core& core, Rotations R, const RotationOptions& options,
+                  linalg::ThreadPool& pool, AveragedRotations& result) {
+  const std::int32_t before = core.node[at(result.root)];
+  const std::int32_t root = before >= 0 ? before : core.heaviest();
+  result.root = core.image[at(root)];
+  ConnectedRotations graph(core.nodes(), core.edges, root, pool);
+  result.iterations += graph.refine(R, options.most_iterations, 0);
+  result.after = statistics_of(graph.angles(R));
+  const Matrix3d R_wr = R[at(root)].transpose();
+  for (std::size_t node = 0; node < R.size(); ++node) {
+    result.R_cw[at(core.image[node])] = R[node] * R_wr;
+    result.known[at(core.image[node])] = 1;
+  }
+}
+
 }  // namespace
 
 AveragedRotations average_rotations(std::int64_t images, std::span<const RelativeRotation> edges,
@@ -225,36 +265,11 @@ AveragedRotations average_rotations(std::int64_t images, std::span<const Relativ
   if (images == 0) return result;
 
   const Core all(images, edges, result.pruned);
-  const std::int32_t root = all.heaviest();
-  result.root = all.image[at(root)];
-  ConnectedRotations whole(static_cast<std::int64_t>(all.image.size()), all.edges, root, pool);
-  Rotations R = whole.chordal(), tree = whole.along_tree();
-  result.chordal = statistics_of(whole.angles(R));
-  result.tree = statistics_of(whole.angles(tree));
-  result.iterations = whole.refine(R, options.most_iterations, widest_scale) +
-                      whole.refine(tree, options.most_iterations, widest_scale);
-  if (whole.robust_sum(tree) < whole.robust_sum(R)) R.swap(tree);
-  const std::vector<double> angles = whole.angles(R);
-  result.before = statistics_of(angles);
-  for (std::size_t k = 0; k < angles.size(); ++k) {
-    result.pruned[at(all.edge[k])] = angles[k] > options.prune ? 1 : 0;
-  }
-
-  const Core core(images, edges, result.pruned);
+  const Rotations R = average_all(all, options, pool, result);
+  const Core left(images, edges, result.pruned);
   Rotations kept;
-  for (const std::int32_t image : core.image) kept.push_back(R[at(all.node[at(image)])]);
-  const std::int32_t core_root =
-      core.node[at(result.root)] >= 0 ? core.node[at(result.root)] : core.heaviest();
-  ConnectedRotations rest(static_cast<std::int64_t>(core.image.size()), core.edges, core_root,
-                          pool);
-  result.iterations += rest.refine(kept, options.most_iterations, 0);
-  result.after = statistics_of(rest.angles(kept));
-  result.root = core.image[at(core_root)];
-  const Matrix3d R_wr = kept[at(core_root)].transpose();
-  for (std::size_t node = 0; node < kept.size(); ++node) {
-    result.R_cw[at(core.image[node])] = kept[node] * R_wr;
-    result.known[at(core.image[node])] = 1;
-  }
+  for (const std::int32_t image : left.image) kept.push_back(R[at(all.node[at(image)])]);
+  average_rest(left, std::move(kept), options, pool, result);
   for (std::size_t k = 0; k < edges.size(); ++k) {
     if (result.known[at(edges[k].i)] == 0 || result.known[at(edges[k].j)] == 0) continue;
     result.angle[k] = disagreement(edges[k], result.R_cw).norm();

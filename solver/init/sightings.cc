@@ -1,5 +1,6 @@
 #include <raybundle/solver/init/sightings.h>
 
+#include <raybundle/linalg/block_layout.h>
 #include <raybundle/linalg/vector.h>
 #include <raybundle/models/rays.h>
 
@@ -8,6 +9,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <stdexcept>
 
 namespace raybundle::init {
 namespace {
@@ -41,6 +43,9 @@ std::optional<std::array<double, 2>> undistorted_pixel(const Problem& problem,
 
 Sightings::Sightings(const Problem& problem, linalg::ThreadPool& pool) {
   validate(problem, pool);
+  if (problem.observation_count() > linalg::most_numbered) {
+    throw std::length_error("more than 2^31 observations");
+  }
   std::vector<std::uint8_t> reached(at(problem.observation_count()));
   linalg::for_entries(problem.observation_count(), pool, [&](std::size_t k) {
     reached[k] = undistorted_pixel(problem, static_cast<std::int64_t>(k)) ? 1 : 0;

@@ -10,17 +10,12 @@
 #include <raybundle/models/scenes/noise.h>
 #include <raybundle/models/scenes/sphere.h>
 #include <raybundle/models/scenes/street.h>
+#include <raybundle/tests/solver/init/forgotten.h>
 
 namespace raybundle::init {
 namespace {
 
-Problem forgotten(Problem problem) {
-  for (std::size_t i = 0; i < problem.cameras.size(); ++i) {
-    if (i % 9 < 6) problem.cameras[i] = 0;
-  }
-  std::fill(problem.points.begin(), problem.points.end(), 0.0);
-  return problem;
-}
+using test::forgotten;
 
 TEST(Incremental, PlacesImagesWithABundleAdjustmentForEachBatch) {
   for (const auto& scene : {scenes::street_scene({.cameras = 20, .points = 1200}),

@@ -17,18 +17,12 @@
 #include <raybundle/models/scenes/sphere.h>
 #include <raybundle/models/scenes/street.h>
 #include <raybundle/solver/solve.h>
+#include <raybundle/tests/solver/init/forgotten.h>
 
 namespace raybundle::init {
 namespace {
 
-// What is seen, without any pose or point.
-Problem forgotten(Problem problem) {
-  for (std::size_t i = 0; i < problem.cameras.size(); ++i) {
-    if (i % 9 < 6) problem.cameras[i] = 0;
-  }
-  std::fill(problem.points.begin(), problem.points.end(), 0.0);
-  return problem;
-}
+using test::forgotten;
 
 struct Kind {
   std::string name;
