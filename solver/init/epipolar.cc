@@ -70,10 +70,9 @@ Normal normal_equations(const RelativePose& pose, const RayPairs& pairs,
     const Vector3d by_t = Ra.cross(b);
     Step J;
     J << Ra.cross(b.cross(pose.t)), by_t.dot(across), by_t.dot(along);
-    result.H.selfadjointView<Eigen::Lower>().rankUpdate(J, weight);
+    result.H += weight * J * J.transpose();
     result.g += weight * e * J;
   }
-  result.H = result.H.selfadjointView<Eigen::Lower>();
   return result;
 }
 

@@ -210,6 +210,7 @@ InitializeReport initialize(Problem& problem, const InitializeOptions& options,
 
 Restriction placed_part(const Problem& problem, const InitializeReport& report) {
   std::vector<std::uint8_t> images;
+  images.reserve(report.images.size());
   for (const Placement each : report.images) images.push_back(each == Placement::placed ? 1 : 0);
   return restricted(problem, {images, report.points, report.observations});
 }

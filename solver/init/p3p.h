@@ -17,6 +17,6 @@ struct CameraPose {
 /// The poses, up to four, from which three points (columns, in the world) are seen along three unit
 /// rays (columns, in the camera's frame), in front: Grunert's quartic for the ratio of two
 /// distances [Haralick94, 2.1]. None where points are on a line.
-std::vector<CameraPose> poses_of_three(const Eigen::Matrix3d& points, const Eigen::Matrix3d& rays);
+std::vector<CameraPose> poses_of_three(const Eigen::Matrix3d& X, const Eigen::Matrix3d& rays);
 
 }  // namespace raybundle::init

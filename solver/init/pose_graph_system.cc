@@ -18,6 +18,7 @@ linalg::SymmetricPattern pattern_of(std::int64_t images,
   linalg::SymmetricPattern pattern;
   pattern.row_begin.push_back(0);
   pattern.offset.push_back(0);
+  pattern.column.reserve(couples.size());
   for (const auto& [a, b] : couples) pattern.column.push_back(b);
   auto at = couples.begin();
   for (std::int32_t i = 0; i < images; ++i) {

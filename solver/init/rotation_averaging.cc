@@ -27,6 +27,7 @@ std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 std::vector<WeightedEdge> weighted(std::span<const RelativeRotation> edges) {
   std::vector<WeightedEdge> result;
+  result.reserve(edges.size());
   for (const RelativeRotation& edge : edges) result.push_back({edge.i, edge.j, edge.weight});
   return result;
 }
@@ -38,6 +39,7 @@ Vector3d disagreement(const RelativeRotation& edge, const Rotations& R) {
 
 std::vector<double> angles_of(std::span<const RelativeRotation> edges, const Rotations& R) {
   std::vector<double> result;
+  result.reserve(edges.size());
   for (const RelativeRotation& edge : edges) result.push_back(disagreement(edge, R).norm());
   return result;
 }
@@ -268,6 +270,7 @@ AveragedRotations average_rotations(std::int64_t images, std::span<const Relativ
   const Rotations R = average_all(all, options, pool, result);
   const Core left(images, edges, result.pruned);
   Rotations kept;
+  kept.reserve(left.image.size());
   for (const std::int32_t image : left.image) kept.push_back(R[at(all.node[at(image)])]);
   average_rest(left, std::move(kept), options, pool, result);
   for (std::size_t k = 0; k < edges.size(); ++k) {

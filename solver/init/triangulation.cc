@@ -49,6 +49,7 @@ double largest_angle(const std::vector<WorldRay>& rays, const std::vector<std::u
 std::vector<std::uint8_t> within(const std::vector<WorldRay>& rays, const Vector3d& X,
                                  double threshold) {
   std::vector<std::uint8_t> result;
+  result.reserve(rays.size());
   for (const WorldRay& ray : rays) result.push_back(pixels_off(ray, X) < threshold ? 1 : 0);
   return result;
 }
