@@ -57,6 +57,8 @@ Pairs read_pairs(const std::string& input) {
   std::map<std::int32_t, std::int32_t> number;
   for (const auto& pair : geometries) number[pair.i] = number[pair.j] = 0;
   Pairs result;
+  result.image.reserve(number.size());
+  result.edges.reserve(geometries.size());
   for (auto& [image, own] : number) {
     own = static_cast<std::int32_t>(result.image.size());
     result.image.push_back(image);

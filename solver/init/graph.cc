@@ -56,6 +56,7 @@ Components components(std::int64_t nodes, std::span<const WeightedEdge> edges) {
     number[at(first)] = static_cast<std::int32_t>(result.size.size());
     result.size.push_back(size[at(first)]);
   }
+  result.of_node.reserve(at(nodes));
   for (std::int32_t node = 0; node < nodes; ++node) {
     result.of_node.push_back(number[at(first_of(up, node))]);
   }

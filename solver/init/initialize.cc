@@ -80,6 +80,7 @@ class Initialization {
     const PhaseTimer timer(report_.seconds.rotations);
     say("rotations");
     std::vector<RelativeRotation> edges;
+    edges.reserve(graph_.edges.size());
     for (const ViewEdge& edge : graph_.edges) {
       edges.push_back({edge.i, edge.j, edge.pose.R, static_cast<double>(edge.inliers)});
     }

@@ -165,6 +165,7 @@ class Programme {
 
   std::vector<PoseGraphSystem::Couple> couples() const {
     std::vector<PoseGraphSystem::Couple> result;
+    result.reserve(3 * rows_.size());
     for (const Row& row : rows_) {
       const Feature& feature = features_[at(row.feature)];
       result.emplace_back(feature.main, feature.associate);

@@ -94,6 +94,7 @@ class ConnectedRotations {
     if (!system_.factor()) return along_tree();
     system_.solve(X);
     Rotations R;
+    R.reserve(at(nodes_));
     for (std::int64_t i = 0; i < nodes_; ++i) {
       R.push_back(nearest_rotation(X.middleRows<3>(3 * i)));
     }
@@ -129,6 +130,7 @@ class ConnectedRotations {
  private:
   std::vector<PoseGraphSystem::Couple> couples() const {
     std::vector<PoseGraphSystem::Couple> result;
+    result.reserve(edges_.size());
     for (const RelativeRotation& edge : edges_) result.emplace_back(edge.i, edge.j);
     return result;
   }

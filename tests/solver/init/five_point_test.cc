@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
@@ -59,8 +61,8 @@ TEST(FivePoint, NeverHasAnythingThatIsNotFinite) {
 TEST(Epipolar, OneOfFourPosesIsTheTrueOneAndFacesThePoints) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     const test::TwoImages images = test::two_images({.seed = seed, .points = 20});
-    std::vector<std::int32_t> all;
-    for (std::int32_t i = 0; i < 20; ++i) all.push_back(i);
+    std::vector<std::int32_t> all(20);
+    std::iota(all.begin(), all.end(), 0);
     const RelativePose pose = facing_pose(essential_matrix(images.pose), images.pairs, all, 1);
     EXPECT_LT(test::angle_between(pose.R, images.pose.R), 1e-9);
     EXPECT_LT((pose.t - images.pose.t).norm(), 1e-9);

@@ -22,6 +22,7 @@ namespace {
 
 std::vector<Eigen::Matrix3d> rotations_of(const Problem& problem) {
   std::vector<Eigen::Matrix3d> result;
+  result.reserve(static_cast<std::size_t>(problem.camera_count()));
   for (std::int64_t i = 0; i < problem.camera_count(); ++i) {
     const double* camera = problem.cameras.data() + Problem::camera_size * i;
     result.push_back(so3::exp(Eigen::Vector3d(camera[0], camera[1], camera[2])));

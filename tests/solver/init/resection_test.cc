@@ -30,6 +30,7 @@ Image image_of(std::uint64_t seed, std::int64_t points, double noise, double wro
   image.pose = {test::random_rotation(random, 1), test::random_vector(random)};
   image.seen = {Eigen::Matrix3Xd(3, points), Eigen::Matrix3Xd(3, points),
                 Eigen::VectorXd::Constant(points, pixels)};
+  image.wrong.reserve(static_cast<std::size_t>(points));
   for (std::int64_t i = 0; i < points; ++i) {
     const Vector3d X_c(random.uniform(-3, 3), random.uniform(-3, 3), random.uniform(-9, -3));
     image.seen.X.col(i) = image.pose.R_cw.transpose() * (X_c - image.pose.t_cw);
@@ -100,6 +101,7 @@ TEST(Resection, NeedsEnoughThatFits) {
 std::vector<WorldRay> rays_to(const Vector3d& X, int count, std::uint64_t seed, double noise) {
   Random random(seed, 8);
   std::vector<WorldRay> rays;
+  rays.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     const Vector3d centre = test::random_vector(random);
     const Vector3d ray = (X - centre).normalized() + noise / 1000 * test::random_vector(random);

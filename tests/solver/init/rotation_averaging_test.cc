@@ -28,6 +28,7 @@ struct Graph {
 Graph row_of_images(std::int32_t images, double noise, double wrong_share, std::uint64_t seed = 1) {
   Random random(seed, 9);
   Graph graph;
+  graph.truth.reserve(static_cast<std::size_t>(images));
   for (std::int32_t i = 0; i < images; ++i) graph.truth.push_back(test::random_rotation(random, 2));
   for (std::int32_t i = 0; i < images; ++i) {
     for (std::int32_t j = i + 1; j < std::min(images, i + 6); ++j) {
