@@ -10,11 +10,10 @@
 
 #include <raybundle/solver/init/five_point.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
+#include <raybundle/solver/init/real_eigen.h>
 
 #include <cmath>
+#include <utility>
 
 namespace raybundle::init {
 namespace {
@@ -22,6 +21,7 @@ namespace {
 using First = Eigen::Matrix<double, 1, 4>;
 using Second = Eigen::Matrix<double, 1, 10>;
 using Third = Eigen::Matrix<double, 1, 20>;
+using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 10, 20>;
 
 Second times(const First& p, const First& q) {
   Second r;
@@ -42,18 +42,44 @@ Third times(const Second& p, const First& q) {
   return r;
 }
 
-// A basis of the matrices with b_k^T E a_k = 0: row 3 i + j is entry (i, j).
-Eigen::Matrix<double, 9, 4> allowed_matrices(const FiveRays& a, const FiveRays& b) {
-  Eigen::Matrix<double, 9, 5> pairs;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) pairs.row(3 * i + j) = b.row(i).cwiseProduct(a.row(j));
+// Gauss-Jordan elimination of the first rows() columns, which become the identity's. Where columns
+// may be exchanged the largest number left is the pivot, and `order` follows them, else the largest
+// of its column. Numbers are not finite where the matrix is singular.
+template <class Matrix>
+void eliminate(Matrix& M, Eigen::VectorXi* order) {
+  for (Eigen::Index i = 0; i < M.rows(); ++i) {
+    const Eigen::Index rows = M.rows() - i, columns = order ? M.cols() - i : 1;
+    Eigen::Index row = 0, column = 0;
+    M.block(i, i, rows, columns).cwiseAbs().maxCoeff(&row, &column);
+    M.row(i).swap(M.row(i + row));
+    M.col(i).swap(M.col(i + column));
+    if (order) std::swap((*order)[i], (*order)[i + column]);
+    M.row(i) /= double{M(i, i)};
+    for (Eigen::Index k = 0; k < M.rows(); ++k) {
+      if (k != i) M.row(k) -= double{M(k, i)} * M.row(i);
+    }
   }
-  const Eigen::HouseholderQR<Eigen::Matrix<double, 9, 5>> qr(pairs);
-  const Eigen::Matrix<double, 9, 9> Q = qr.householderQ();
-  return Q.rightCols<4>();
 }
 
-Eigen::Matrix<double, 10, 20> constraints(const Eigen::Matrix<double, 9, 4>& basis) {
+// A basis of the matrices with b_k^T E a_k = 0: row 3 i + j is entry (i, j).
+Eigen::Matrix<double, 9, 4> allowed_matrices(const FiveRays& a, const FiveRays& b) {
+  Eigen::Matrix<double, 5, 9> pairs;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      pairs.col(3 * i + j) = b.row(i).cwiseProduct(a.row(j)).transpose();
+    }
+  }
+  Eigen::VectorXi order = Eigen::VectorXi::LinSpaced(9, 0, 8);
+  eliminate(pairs, &order);
+  Eigen::Matrix<double, 9, 4> basis = Eigen::Matrix<double, 9, 4>::Zero();
+  for (int k = 0; k < 4; ++k) {
+    for (int i = 0; i < 5; ++i) basis(order[i], k) = -pairs(i, 5 + k);
+    basis(order[5 + k], k) = 1;
+  }
+  return basis;
+}
+
+Small constraints(const Eigen::Matrix<double, 9, 4>& basis) {
   const auto E = [&](int i, int j) -> First { return basis.row(3 * i + j); };
   // Lambda = E E^T - 1/2 trace(E E^T) I; then Lambda E = 0.
   Second lambda[3][3], trace = Second::Zero();
@@ -66,7 +92,7 @@ Eigen::Matrix<double, 10, 20> constraints(const Eigen::Matrix<double, 9, 4>& bas
   }
   for (int i = 0; i < 3; ++i) lambda[i][i] -= 0.5 * trace;
 
-  Eigen::Matrix<double, 10, 20> M;
+  Small M(10, 20);
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       M.row(3 * i + j) = times(lambda[i][0], E(0, j)) + times(lambda[i][1], E(1, j)) +
@@ -82,11 +108,10 @@ Eigen::Matrix<double, 10, 20> constraints(const Eigen::Matrix<double, 9, 4>& bas
 }
 
 // Multiplication by x of the monomials of degree 2 and less.
-Eigen::Matrix<double, 10, 10> multiplication_by_x(const Eigen::Matrix<double, 10, 20>& M) {
-  const Eigen::Matrix<double, 10, 10> reduced =
-      M.leftCols<10>().partialPivLu().solve(M.rightCols<10>());
-  Eigen::Matrix<double, 10, 10> action = Eigen::Matrix<double, 10, 10>::Zero();
-  action.topRows<6>() = -reduced.topRows<6>();  // x times x2 xy xz y2 yz z2
+SmallSquare multiplication_by_x(Small M) {
+  eliminate(M, nullptr);
+  SmallSquare action = SmallSquare::Zero(10, 10);
+  action.topRows(6) = -M.topRightCorner(6, 10);  // x times x2 xy xz y2 yz z2
   action(6, 0) = action(7, 1) = action(8, 2) = action(9, 6) = 1;
   return action;
 }
@@ -96,13 +121,9 @@ Eigen::Matrix<double, 10, 10> multiplication_by_x(const Eigen::Matrix<double, 10
 EssentialMatrices essential_matrices(const FiveRays& a, const FiveRays& b) {
   EssentialMatrices result;
   const Eigen::Matrix<double, 9, 4> basis = allowed_matrices(a, b);
-  const Eigen::Matrix<double, 10, 10> action = multiplication_by_x(constraints(basis));
-  if (!action.allFinite()) return result;
-  const Eigen::EigenSolver<Eigen::Matrix<double, 10, 10>> eigen(action);
-  if (eigen.info() != Eigen::Success) return result;
-  for (int k = 0; k < 10; ++k) {
-    if (eigen.eigenvalues()[k].imag() != 0) continue;
-    const Eigen::Vector4d at = eigen.eigenvectors().col(k).real().tail<4>();  // x y z 1
+  const SmallSquare action = multiplication_by_x(constraints(basis));
+  for (const RealEigen& eigen : real_eigen(action, 0)) {
+    const Eigen::Vector4d at = eigen.vector.tail<4>();  // x y z 1
     const Eigen::Matrix<double, 9, 1> entries = basis * at;
     const double norm = entries.norm();
     if (!(norm > 0) || !std::isfinite(norm)) continue;

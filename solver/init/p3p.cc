@@ -5,7 +5,8 @@
 
 #include <raybundle/solver/init/p3p.h>
 
-#include <Eigen/Eigenvalues>
+#include <raybundle/solver/init/real_eigen.h>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -42,15 +43,12 @@ Quartic quartic(const Triangle& t) {
 std::vector<double> positive_roots(const Quartic& A) {
   std::vector<double> result;
   if (!(std::abs(A[4]) > 0)) return result;
-  Eigen::Matrix4d companion = Eigen::Matrix4d::Zero();
+  SmallSquare companion = SmallSquare::Zero(4, 4);
   for (int i = 0; i < 4; ++i) companion(i, 3) = -A[static_cast<std::size_t>(i)] / A[4];
   for (int i = 0; i < 3; ++i) companion(i + 1, i) = 1;
-  if (!companion.allFinite()) return result;
-  const Eigen::EigenSolver<Eigen::Matrix4d> eigen(companion, false);
-  for (int i = 0; i < 4; ++i) {
-    const auto root = eigen.eigenvalues()[i];
-    if (std::abs(root.imag()) > 1e-4 * std::abs(root) || root.real() <= 0) continue;
-    double v = root.real();
+  for (const RealEigen& eigen : real_eigen(companion, 1e-4)) {
+    if (!(eigen.value > 0)) continue;
+    double v = eigen.value;
     for (int step = 0; step < 3; ++step) {
       const double value = A[0] + v * (A[1] + v * (A[2] + v * (A[3] + v * A[4])));
       const double slope = A[1] + v * (2 * A[2] + v * (3 * A[3] + v * 4 * A[4]));
