@@ -62,9 +62,9 @@ using Progress = std::function<void(const char* stage, std::int64_t done, std::i
 /// Poses and points of a problem from its observations and lenses alone [Liu18, 3]: epipolar
 /// geometries of image pairs, rotations by averaging, features without depth, positions by linear
 /// and then by non-linear least squares. What could not be placed stays as it was, and the report
-/// says why. One image has the identity for its rotation, and one stands at 0;
-/// the scale is such that a step between neighbours is about 1. Throws InputError when the problem is
-/// inconsistent or nothing can be placed, std::system_error when a thread is refused.
+/// says why. One image has the identity for its rotation, and one stands at 0; the scale is such
+/// that a step between neighbours is about 1. Throws InputError when the problem is inconsistent or
+/// nothing can be placed, std::system_error when a thread is refused.
 InitializeReport initialize(Problem& problem, const InitializeOptions& options = {},
                             const Progress& progress = {});
 

@@ -73,8 +73,8 @@ class Programme {
     return steps;
   }
 
-  // Weights of Cauchy's loss of the angles, in pixels, at x. The lengths of rays stay in: divided by
-  // them, rows would ask for ever less where positions collapse.
+  // Weights of Cauchy's loss of the angles, in pixels, at x. The lengths of rays stay in: divided
+  // by them, rows would ask for ever less where positions collapse.
   void reweight(const VectorXd& x, double scale) {
     parallel([&](std::int64_t k) {
       const Row& row = rows_[at(k)];

@@ -26,12 +26,11 @@ struct LinearPositions {
 
 /// Positions of images of known rotation from rays to features [Liu18, Eq. 14]:
 ///   minimise sum w |v_k x N_k|^2   such that v_k . N_k >= 0, sum v_k . N_k = rows, P_root = 0
-/// with v the observed ray in the world and N linear in positions; where nothing ties the root to the
-/// largest set of images, another one stands at 0. A convex quadratic programme:
-/// without the inequalities it takes one factorisation, and where points come out behind their
-/// images the method of multipliers adds them [Boyd11, 5.2]. Weights are 1, and in later rounds
-/// those of Cauchy's loss of the angles between v and N; rows of little weight then have no
-/// inequality.
+/// with v the observed ray in the world and N linear in positions; where nothing ties the root to
+/// the largest set of images, another one stands at 0. A convex quadratic programme: without the
+/// inequalities it takes one factorisation, and where points come out behind their images the
+/// method of multipliers adds them [Boyd11, 5.2]. Weights are 1, and in later rounds those of
+/// Cauchy's loss of the angles between v and N; rows of little weight then have no inequality.
 LinearPositions linear_positions(const Sightings& sightings, std::span<const Feature> features,
                                  const std::vector<Eigen::Matrix3d>& R_cw,
                                  std::span<const std::uint8_t> known, std::int32_t root,
