@@ -11,7 +11,8 @@ namespace raybundle::init {
 class EssentialMatrices {
  public:
   void add(const Eigen::Matrix3d& E) { E_[count_++] = E; }
-  std::span<const Eigen::Matrix3d> all() const { return {E_.data(), count_}; }
+  std::span<const Eigen::Matrix3d> all() const& { return {E_.data(), count_}; }
+  std::span<const Eigen::Matrix3d> all() && = delete;  // it would outlive them
 
  private:
   std::array<Eigen::Matrix3d, 10> E_;

@@ -40,7 +40,8 @@ TEST(FivePoint, HasTheTrueMatrixAmongItsOwn) {
 TEST(FivePoint, EveryMatrixFitsThePairsAndIsEssential) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     const test::TwoImages images = test::two_images({.seed = seed, .points = 5});
-    for (const Matrix3d& E : essential_matrices(images.pairs.a, images.pairs.b).all()) {
+    const EssentialMatrices found = essential_matrices(images.pairs.a, images.pairs.b);
+    for (const Matrix3d& E : found.all()) {
       const Matrix3d EEt = E * E.transpose();
       EXPECT_NEAR(E.squaredNorm(), 2, 1e-9);
       EXPECT_NEAR(E.determinant(), 0, 1e-6);
@@ -55,7 +56,8 @@ TEST(FivePoint, EveryMatrixFitsThePairsAndIsEssential) {
 TEST(FivePoint, NeverHasAnythingThatIsNotFinite) {
   FiveRays same;
   same.colwise() = Eigen::Vector3d(0, 0, -1);
-  for (const Matrix3d& E : essential_matrices(same, same).all()) EXPECT_TRUE(E.allFinite());
+  const EssentialMatrices found = essential_matrices(same, same);
+  for (const Matrix3d& E : found.all()) EXPECT_TRUE(E.allFinite());
 }
 
 TEST(Epipolar, OneOfFourPosesIsTheTrueOneAndFacesThePoints) {
