@@ -15,8 +15,6 @@ namespace {
 using Eigen::Vector3d;
 using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-constexpr std::int64_t compared = 32;
-
 struct Observer {
   std::int64_t row;
   std::int32_t camera;
@@ -31,18 +29,17 @@ Observer observer(const SeenRays& seen, std::int64_t row) {
           Eigen::Map<const Vector3d>(seen.centre + 3 * std::int64_t{camera})};
 }
 
-// In order of quality: acute angles, the larger the better, then the others.
-double quality(const Observer& a, const Observer& b) {
-  const double sine = a.direction.cross(b.direction).norm();
-  return a.direction.dot(b.direction) >= 0 ? sine : sine - 2;
-}
-
 bool apart(const Observer& a, const Observer& b) {
   const double size = a.centre.cwiseAbs().maxCoeff() + b.centre.cwiseAbs().maxCoeff();
   return a.camera != b.camera && (a.centre - b.centre).norm() > 1e-12 * size;
 }
 
 }  // namespace
+
+double anchor_quality(const Vector3d& a, const Vector3d& b) {
+  const double sine = a.cross(b).norm();
+  return a.dot(b) >= 0 ? sine : sine - 2;
+}
 
 CameraPoses::CameraPoses(const std::vector<double>& cameras) {
   const std::size_t count = cameras.size() / Problem::camera_size;
@@ -69,9 +66,9 @@ SeenRays CameraPoses::seen(std::span<const std::int32_t> row_camera,
 
 AnchorRows choose_anchors(const SeenRays& seen, Track track, bool first_is_main) {
   AnchorRows best;
-  const std::int64_t count = std::min(track.last - track.first, compared);
+  const std::int64_t count = std::min(track.last - track.first, most_compared_anchors);
   if (count == 0) return best;
-  std::array<Observer, compared> observers;
+  std::array<Observer, most_compared_anchors> observers;
   for (std::int64_t i = 0; i < count; ++i) {
     const std::int64_t length = track.last - track.first;
     const std::int64_t row = track.first + (count > 1 ? i * (length - 1) / (count - 1) : 0);
@@ -84,7 +81,7 @@ AnchorRows choose_anchors(const SeenRays& seen, Track track, bool first_is_main)
     for (std::size_t j = i + 1; j < static_cast<std::size_t>(count); ++j) {
       const Observer &a = observers[i], &b = observers[j];
       if (!apart(a, b)) continue;
-      const double of_pair = quality(a, b);
+      const double of_pair = anchor_quality(a.direction, b.direction);
       if (of_pair <= most) continue;
       most = of_pair;
       best = {{a.camera, b.camera}, a.row, b.row};

@@ -3,6 +3,8 @@
 #include <raybundle/models/point_model.h>
 #include <raybundle/models/problem.h>
 
+#include <Eigen/Core>
+
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -44,6 +46,13 @@ struct AnchorRows {
   std::int64_t main_row = -1;
   std::int64_t associate_row = -1;
 };
+
+/// How good a pair of rays of the world is to describe a point by: acute angles, the larger the
+/// better, then the others. From -2 to 1.
+double anchor_quality(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
+
+/// Of so long a track no more observers are compared.
+inline constexpr std::int64_t most_compared_anchors = 32;
 
 /// The pair of observers whose rays have the largest angle below a right one [Zhao15, Liu18, 2.1],
 /// of which the earlier camera is the main anchor; angles above a right one count only where there

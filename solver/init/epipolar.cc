@@ -78,20 +78,6 @@ Normal normal_equations(const RelativePose& pose, const RayPairs& pairs,
 
 }  // namespace
 
-RayPairs RayPairs::subset(std::span<const std::int32_t> which) const {
-  const auto count = static_cast<Eigen::Index>(which.size());
-  RayPairs result = {Eigen::Matrix3Xd(3, count), Eigen::Matrix3Xd(3, count), Eigen::VectorXd(count),
-                     Eigen::VectorXd(count)};
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const std::int32_t i = which[static_cast<std::size_t>(k)];
-    result.a.col(k) = a.col(i);
-    result.b.col(k) = b.col(i);
-    result.pixels_a[k] = pixels_a[i];
-    result.pixels_b[k] = pixels_b[i];
-  }
-  return result;
-}
-
 Matrix3d essential_matrix(const RelativePose& pose) { return so3::hat(pose.t) * pose.R; }
 
 std::array<RelativePose, 4> poses_of(const Matrix3d& E) {

@@ -1,5 +1,7 @@
 #include <raybundle/solver/init/features.h>
 
+#include <raybundle/linalg/block_layout.h>
+#include <raybundle/models/anchors.h>
 #include <raybundle/models/point_model.h>
 #include <raybundle/models/rotation.h>
 #include <raybundle/solver/init/epipolar.h>
@@ -16,30 +18,29 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr std::int64_t compared = 32;
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+using linalg::index;
 
 // Edges with a translation, by their images.
 class Translations {
  public:
-  explicit Translations(const ViewGraph& graph) : begin_(at(graph.images + 1), 0), graph_(graph) {
+  explicit Translations(const ViewGraph& graph)
+      : begin_(index(graph.images + 1), 0), graph_(graph) {
     for (std::size_t k = 0; k < graph.edges.size(); ++k) {  // ascending by i, then j
       if (graph.edges[k].pose.t.isZero(0)) continue;
       edges_.push_back(static_cast<std::int64_t>(k));
-      ++begin_[at(graph.edges[k].i) + 1];
+      ++begin_[index(graph.edges[k].i) + 1];
     }
     for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
   }
 
   const ViewEdge* find(std::int32_t i, std::int32_t j) const {
-    const auto first = edges_.begin() + begin_[at(i)], last = edges_.begin() + begin_[at(i) + 1];
+    const auto first = edges_.begin() + begin_[index(i)],
+               last = edges_.begin() + begin_[index(i) + 1];
     const auto found = std::lower_bound(first, last, j, [&](std::int64_t k, std::int32_t wanted) {
-      return graph_.edges[at(k)].j < wanted;
+      return graph_.edges[index(k)].j < wanted;
     });
-    if (found == last || graph_.edges[at(*found)].j != j) return nullptr;
-    return &graph_.edges[at(*found)];
+    if (found == last || graph_.edges[index(*found)].j != j) return nullptr;
+    return &graph_.edges[index(*found)];
   }
 
  private:
@@ -51,12 +52,6 @@ struct Observer {
   std::int64_t sighting;
   Vector3d ray;  // in the world
 };
-
-// In order of quality: acute angles, the larger the better, then the others.
-double quality(const Vector3d& a, const Vector3d& b) {
-  const double sine = a.cross(b).norm();
-  return a.dot(b) >= 0 ? sine : sine - 2;
-}
 
 bool agrees(const Sightings& sightings, const ViewEdge& edge, std::int64_t a, std::int64_t b,
             double threshold) {
@@ -101,7 +96,7 @@ class Chooser {
     for (std::size_t i = 0; i < observers.size(); ++i) {
       for (std::size_t j = i + 1; j < observers.size(); ++j) {
         const Observer &a = observers[i], &b = observers[j];
-        const double of_pair = quality(a.ray, b.ray);
+        const double of_pair = anchor_quality(a.ray, b.ray);
         if (of_pair <= most) continue;
         const ViewEdge* edge =
             translations_.find(sightings_.image(a.sighting), sightings_.image(b.sighting));
@@ -112,7 +107,7 @@ class Chooser {
     }
     if (!best) return {};
     // t = R_cw_a (P_m - P_a), with m = i and a = j.
-    const Vector3d u = R_cw_[at(best->j)].transpose() * best->pose.t;
+    const Vector3d u = R_cw_[index(best->j)].transpose() * best->pose.t;
     Feature result = feature_of(point, u, main->ray, associate->ray);
     result.main = best->i;
     result.associate = best->j;
@@ -124,13 +119,13 @@ class Chooser {
     const Sightings::Range track = sightings_.of_point(point);
     std::vector<std::int64_t> all;
     for (std::int64_t s = track.first; s < track.last; ++s) {
-      if (known_[at(sightings_.image(s))] != 0) all.push_back(s);
+      if (known_[index(sightings_.image(s))] != 0) all.push_back(s);
     }
     std::vector<Observer> result;
     const auto length = static_cast<std::int64_t>(all.size());
-    const std::int64_t count = std::min(length, compared);
+    const std::int64_t count = std::min(length, most_compared_anchors);
     for (std::int64_t i = 0; i < count; ++i) {
-      const std::int64_t s = all[at(count > 1 ? i * (length - 1) / (count - 1) : 0)];
+      const std::int64_t s = all[index(count > 1 ? i * (length - 1) / (count - 1) : 0)];
       result.push_back({s, world_ray(sightings_, R_cw_, s)});
     }
     return result;
@@ -147,7 +142,7 @@ class Chooser {
 
 Vector3d world_ray(const Sightings& sightings, const std::vector<Matrix3d>& R_cw,
                    std::int64_t sighting) {
-  return R_cw[at(sightings.image(sighting))].transpose() * sightings.ray(sighting);
+  return R_cw[index(sightings.image(sighting))].transpose() * sightings.ray(sighting);
 }
 
 std::vector<Feature> features(const Sightings& sightings, const ViewGraph& graph,
@@ -155,10 +150,10 @@ std::vector<Feature> features(const Sightings& sightings, const ViewGraph& graph
                               std::span<const std::uint8_t> known, double threshold,
                               linalg::ThreadPool& pool) {
   const Chooser chooser(sightings, graph, R_cw, known, threshold);
-  std::vector<std::optional<Feature>> found(at(sightings.points()));
+  std::vector<std::optional<Feature>> found(index(sightings.points()));
   linalg::parallel_for(pool, sightings.points(), 64, [&](std::int64_t first, std::int64_t last) {
     for (; first < last; ++first)
-      found[at(first)] = chooser.choose(static_cast<std::int32_t>(first));
+      found[index(first)] = chooser.choose(static_cast<std::int32_t>(first));
   });
   std::vector<Feature> result;
   for (const auto& feature : found) {

@@ -1,5 +1,7 @@
 #include <raybundle/solver/init/graph.h>
 
+#include <raybundle/linalg/block_layout.h>
+
 #include <algorithm>
 #include <numeric>
 #include <queue>
@@ -8,11 +10,11 @@
 namespace raybundle::init {
 namespace {
 
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+using linalg::index;
 
 // The first node of the tree that a node is in; trees are flattened on the way.
 std::int32_t first_of(std::vector<std::int32_t>& up, std::int32_t node) {
-  while (up[at(node)] != node) node = up[at(node)] = up[at(up[at(node)])];
+  while (up[index(node)] != node) node = up[index(node)] = up[index(up[index(node)])];
   return node;
 }
 
@@ -22,13 +24,13 @@ struct Neighbours {
   std::vector<std::int64_t> edge;
 
   Neighbours(std::int64_t nodes, std::span<const WeightedEdge> edges)
-      : begin(at(nodes + 1), 0), edge(2 * edges.size()) {
-    for (const WeightedEdge& each : edges) ++begin[at(each.i) + 1], ++begin[at(each.j) + 1];
+      : begin(index(nodes + 1), 0), edge(2 * edges.size()) {
+    for (const WeightedEdge& each : edges) ++begin[index(each.i) + 1], ++begin[index(each.j) + 1];
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<std::int64_t> next(begin.begin(), begin.end() - 1);
     for (std::size_t k = 0; k < edges.size(); ++k) {
-      edge[at(next[at(edges[k].i)]++)] = static_cast<std::int64_t>(k);
-      edge[at(next[at(edges[k].j)]++)] = static_cast<std::int64_t>(k);
+      edge[index(next[index(edges[k].i)]++)] = static_cast<std::int64_t>(k);
+      edge[index(next[index(edges[k].j)]++)] = static_cast<std::int64_t>(k);
     }
   }
 };
@@ -36,29 +38,29 @@ struct Neighbours {
 }  // namespace
 
 Components components(std::int64_t nodes, std::span<const WeightedEdge> edges) {
-  std::vector<std::int32_t> up(at(nodes));
+  std::vector<std::int32_t> up(index(nodes));
   std::iota(up.begin(), up.end(), 0);
   for (const WeightedEdge& edge : edges) {
     const std::int32_t i = first_of(up, edge.i), j = first_of(up, edge.j);
-    up[at(std::max(i, j))] = std::min(i, j);
+    up[index(std::max(i, j))] = std::min(i, j);
   }
-  std::vector<std::int64_t> size(at(nodes), 0);
-  for (std::int32_t node = 0; node < nodes; ++node) ++size[at(first_of(up, node))];
+  std::vector<std::int64_t> size(index(nodes), 0);
+  for (std::int32_t node = 0; node < nodes; ++node) ++size[index(first_of(up, node))];
   std::vector<std::int32_t> firsts;
   for (std::int32_t node = 0; node < nodes; ++node) {
-    if (size[at(node)] > 0) firsts.push_back(node);
+    if (size[index(node)] > 0) firsts.push_back(node);
   }
   std::stable_sort(firsts.begin(), firsts.end(),
-                   [&](std::int32_t x, std::int32_t y) { return size[at(x)] > size[at(y)]; });
+                   [&](std::int32_t x, std::int32_t y) { return size[index(x)] > size[index(y)]; });
   Components result;
-  std::vector<std::int32_t> number(at(nodes), 0);
+  std::vector<std::int32_t> number(index(nodes), 0);
   for (const std::int32_t first : firsts) {
-    number[at(first)] = static_cast<std::int32_t>(result.size.size());
-    result.size.push_back(size[at(first)]);
+    number[index(first)] = static_cast<std::int32_t>(result.size.size());
+    result.size.push_back(size[index(first)]);
   }
-  result.of_node.reserve(at(nodes));
+  result.of_node.reserve(index(nodes));
   for (std::int32_t node = 0; node < nodes; ++node) {
-    result.of_node.push_back(number[at(first_of(up, node))]);
+    result.of_node.push_back(number[index(first_of(up, node))]);
   }
   return result;
 }
@@ -67,24 +69,25 @@ Components components(std::int64_t nodes, std::span<const WeightedEdge> edges) {
 std::vector<TreeEdge> maximum_spanning_tree(std::int64_t nodes, std::span<const WeightedEdge> edges,
                                             std::int32_t root) {
   const Neighbours neighbours(nodes, edges);
-  std::vector<std::uint8_t> reached(at(nodes), 0);
+  std::vector<std::uint8_t> reached(index(nodes), 0);
   std::vector<TreeEdge> tree;
   using Candidate = std::tuple<double, std::int64_t, std::int32_t>;  // weight, -edge, parent
   std::priority_queue<Candidate> candidates;
   const auto reach = [&](std::int32_t node) {
-    reached[at(node)] = 1;
-    for (std::int64_t k = neighbours.begin[at(node)]; k < neighbours.begin[at(node) + 1]; ++k) {
-      const std::int64_t e = neighbours.edge[at(k)];
-      candidates.emplace(edges[at(e)].weight, -e, node);
+    reached[index(node)] = 1;
+    for (std::int64_t k = neighbours.begin[index(node)]; k < neighbours.begin[index(node) + 1];
+         ++k) {
+      const std::int64_t e = neighbours.edge[index(k)];
+      candidates.emplace(edges[index(e)].weight, -e, node);
     }
   };
   reach(root);
   while (!candidates.empty()) {
     const auto [weight, minus_edge, parent] = candidates.top();
     candidates.pop();
-    const WeightedEdge& edge = edges[at(-minus_edge)];
+    const WeightedEdge& edge = edges[index(-minus_edge)];
     const std::int32_t child = edge.i == parent ? edge.j : edge.i;
-    if (reached[at(child)] != 0) continue;
+    if (reached[index(child)] != 0) continue;
     tree.push_back({parent, child, -minus_edge});
     reach(child);
   }

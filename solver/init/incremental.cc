@@ -1,5 +1,6 @@
 #include <raybundle/solver/init/incremental.h>
 
+#include <raybundle/linalg/block_layout.h>
 #include <raybundle/models/error.h>
 #include <raybundle/models/rotation.h>
 #include <raybundle/solver/init/view_graph.h>
@@ -14,8 +15,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+using linalg::index;
 
 class Reconstruction {
  public:
@@ -25,10 +25,10 @@ class Reconstruction {
         progress_(progress),
         pool_(options.threads > 0 ? options.threads : linalg::available_threads()),
         sightings_(problem, pool_) {
-    report_.images.assign(at(sightings_.images()), 0);
-    report_.points.assign(at(sightings_.points()), 0);
-    report_.observations.assign(at(problem.observation_count()), 0);
-    poses_.resize(at(sightings_.images()));
+    report_.images.assign(index(sightings_.images()), 0);
+    report_.points.assign(index(sightings_.points()), 0);
+    report_.observations.assign(index(problem.observation_count()), 0);
+    poses_.resize(index(sightings_.images()));
   }
 
   IncrementalReport run() {
@@ -77,15 +77,15 @@ class Reconstruction {
   }
 
   void set_pose(std::int32_t image, const CameraPose& pose) {
-    report_.images[at(image)] = 1;
-    poses_[at(image)] = pose;
+    report_.images[index(image)] = 1;
+    poses_[index(image)] = pose;
     double* camera = problem_.cameras.data() + std::int64_t{Problem::camera_size} * image;
     Eigen::Map<Vector3d> rotation(camera), translation(camera + 3);
     rotation = so3::log(pose.R_cw);
     translation = pose.t_cw;
   }
 
-  bool placed(std::int32_t image) const { return report_.images[at(image)] != 0; }
+  bool placed(std::int32_t image) const { return report_.images[index(image)] != 0; }
 
   Vector3d place_of(std::int32_t point) const {
     return Eigen::Map<const Vector3d>(problem_.points.data() + std::int64_t{3} * point);
@@ -94,13 +94,13 @@ class Reconstruction {
   SeenPoints seen_by(std::int32_t image) const {
     std::vector<std::int32_t> of_known;
     for (const std::int32_t s : sightings_.of_image(image)) {
-      if (report_.points[at(sightings_.point(s))] != 0) of_known.push_back(s);
+      if (report_.points[index(sightings_.point(s))] != 0) of_known.push_back(s);
     }
     const auto count = static_cast<Eigen::Index>(of_known.size());
     SeenPoints seen = {Eigen::Matrix3Xd(3, count), Eigen::Matrix3Xd(3, count),
                        Eigen::VectorXd(count)};
     for (Eigen::Index k = 0; k < count; ++k) {
-      const std::int32_t s = of_known[at(k)];
+      const std::int32_t s = of_known[index(k)];
       seen.X.col(k) = place_of(sightings_.point(s));
       seen.rays.col(k) = sightings_.ray(s);
       seen.pixels[k] = sightings_.pixels(s);
@@ -115,9 +115,9 @@ class Reconstruction {
       if (placed(i)) continue;
       std::int64_t count = 0;
       for (const std::int32_t s : sightings_.of_image(i)) {
-        count += report_.points[at(sightings_.point(s))] != 0 ? 1 : 0;
+        count += report_.points[index(sightings_.point(s))] != 0 ? 1 : 0;
       }
-      if (count >= options_.resection.min_inliers && count > failed_with_[at(i)]) {
+      if (count >= options_.resection.min_inliers && count > failed_with_[index(i)]) {
         by_count.emplace_back(-count, i);
       }
     }
@@ -132,23 +132,23 @@ class Reconstruction {
 
   // False where no image can be added any more.
   bool add_batch() {
-    failed_with_.resize(at(sightings_.images()), 0);
+    failed_with_.resize(index(sightings_.images()), 0);
     while (true) {
       const std::vector<std::int32_t> batch = next_batch();
       if (batch.empty()) return false;
       std::vector<std::optional<Resection>> found(batch.size());
       std::vector<std::int64_t> tried_with(batch.size());
       pool_.run(static_cast<std::int64_t>(batch.size()), [&](std::int64_t k) {
-        const SeenPoints seen = seen_by(batch[at(k)]);
-        tried_with[at(k)] = seen.size();
-        Random random(options_.seed, static_cast<std::uint64_t>(batch[at(k)]));
-        found[at(k)] = resection(seen, options_.resection, random);
+        const SeenPoints seen = seen_by(batch[index(k)]);
+        tried_with[index(k)] = seen.size();
+        Random random(options_.seed, static_cast<std::uint64_t>(batch[index(k)]));
+        found[index(k)] = resection(seen, options_.resection, random);
       });
       bool added = false;
       for (std::size_t k = 0; k < batch.size(); ++k) {
         ++report_.resections;
         if (!found[k]) {
-          failed_with_[at(batch[k])] = tried_with[k];
+          failed_with_[index(batch[k])] = tried_with[k];
           continue;
         }
         set_pose(batch[k], found[k]->pose);
@@ -174,22 +174,22 @@ class Reconstruction {
     std::vector<std::int64_t> of_ray;
     const Sightings::Range track = sightings_.of_point(point);
     for (std::int64_t s = track.first; s < track.last; ++s) {
-      report_.observations[at(sightings_.observation(s))] = 0;
+      report_.observations[index(sightings_.observation(s))] = 0;
       if (!placed(sightings_.image(s))) continue;
-      const CameraPose& pose = poses_[at(sightings_.image(s))];
+      const CameraPose& pose = poses_[index(sightings_.image(s))];
       rays.push_back(
           {pose.centre(), pose.R_cw.transpose() * sightings_.ray(s), sightings_.pixels(s)});
       of_ray.push_back(s);
     }
-    report_.points[at(point)] = 0;
+    report_.points[index(point)] = 0;
     if (rays.size() < 2) return;
     const auto found = triangulated(rays, options_.triangulation);
     if (!found) return;
-    report_.points[at(point)] = 1;
+    report_.points[index(point)] = 1;
     Eigen::Map<Vector3d> place(problem_.points.data() + std::int64_t{3} * point);
     place = found->X;
     for (std::size_t k = 0; k < rays.size(); ++k) {
-      report_.observations[at(sightings_.observation(of_ray[k]))] = found->used[k];
+      report_.observations[index(sightings_.observation(of_ray[k]))] = found->used[k];
     }
   }
 
@@ -207,8 +207,8 @@ class Reconstruction {
     part.write_back(problem_);
     for (const std::int32_t image : part.image) {
       const double* camera = problem_.cameras.data() + std::int64_t{Problem::camera_size} * image;
-      poses_[at(image)] = {so3::exp(Vector3d(camera[0], camera[1], camera[2])),
-                           Vector3d(camera[3], camera[4], camera[5])};
+      poses_[index(image)] = {so3::exp(Vector3d(camera[0], camera[1], camera[2])),
+                              Vector3d(camera[3], camera[4], camera[5])};
     }
   }
 

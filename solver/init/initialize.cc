@@ -1,5 +1,6 @@
 #include <raybundle/solver/init/initialize.h>
 
+#include <raybundle/linalg/block_layout.h>
 #include <raybundle/models/error.h>
 #include <raybundle/models/rotation.h>
 #include <raybundle/solver/init/edge_translations.h>
@@ -16,8 +17,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+using linalg::index;
 
 // One call of initialize(): its stages, in order.
 class Initialization {
@@ -51,9 +51,9 @@ class Initialization {
     const PhaseTimer timer(report_.seconds.sightings);
     say("rays");
     sightings_.emplace(problem_, pool_);
-    report_.observations.assign(at(problem_.observation_count()), 0);
+    report_.observations.assign(index(problem_.observation_count()), 0);
     for (std::int64_t s = 0; s < sightings_->size(); ++s) {
-      report_.observations[at(sightings_->observation(s))] = 1;
+      report_.observations[index(sightings_->observation(s))] = 1;
     }
     report_.unused_observations = problem_.observation_count() - sightings_->size();
   }
@@ -118,29 +118,29 @@ class Initialization {
     }
     const double scale = unit_scale();
     for (std::int64_t i = 0; i < sightings_->images(); ++i) {
-      if (report_.images[at(i)] != Placement::placed) continue;
+      if (report_.images[index(i)] != Placement::placed) continue;
       double* camera = problem_.cameras.data() + Problem::camera_size * i;
-      const Matrix3d& R = rotations.R_cw[at(i)];
+      const Matrix3d& R = rotations.R_cw[index(i)];
       Eigen::Map<Vector3d> rotation(camera), translation(camera + 3);
       rotation = so3::log(R);
-      translation = -(R * report_.linear.P[at(i)]) * scale;
+      translation = -(R * report_.linear.P[index(i)]) * scale;
     }
   }
 
   void classify_images() {
     std::vector<WeightedEdge> links;
-    std::vector<std::uint8_t> linked(at(graph_.images), 0);
+    std::vector<std::uint8_t> linked(index(graph_.images), 0);
     for (const ViewEdge& edge : graph_.edges) {
       links.push_back({edge.i, edge.j, 1});
-      linked[at(edge.i)] = linked[at(edge.j)] = 1;
+      linked[index(edge.i)] = linked[index(edge.j)] = 1;
     }
     const Components parts = components(graph_.images, links);
     for (std::int32_t i = 0; i < graph_.images; ++i) {
-      report_.images.push_back(linked[at(i)] == 0                    ? Placement::unlinked
-                               : !parts.in_largest(i)                ? Placement::apart
-                               : report_.rotations.known[at(i)] == 0 ? Placement::disagreeing
-                               : report_.linear.known[at(i)] == 0    ? Placement::unmeasured
-                                                                     : Placement::placed);
+      report_.images.push_back(linked[index(i)] == 0                    ? Placement::unlinked
+                               : !parts.in_largest(i)                   ? Placement::apart
+                               : report_.rotations.known[index(i)] == 0 ? Placement::disagreeing
+                               : report_.linear.known[index(i)] == 0    ? Placement::unmeasured
+                                                                        : Placement::placed);
     }
   }
 
@@ -148,9 +148,11 @@ class Initialization {
   double unit_scale() const {
     std::vector<double> distances;
     for (const ViewEdge& edge : measured_.edges) {
-      if (report_.linear.known[at(edge.i)] == 0 || report_.linear.known[at(edge.j)] == 0) continue;
+      if (report_.linear.known[index(edge.i)] == 0 || report_.linear.known[index(edge.j)] == 0)
+        continue;
       if (edge.pose.t.isZero(0)) continue;
-      distances.push_back((report_.linear.P[at(edge.i)] - report_.linear.P[at(edge.j)]).norm());
+      distances.push_back(
+          (report_.linear.P[index(edge.i)] - report_.linear.P[index(edge.j)]).norm());
     }
     if (distances.empty()) return 1;
     const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
@@ -162,10 +164,10 @@ class Initialization {
   void register_placed() {
     const PhaseTimer timer(report_.seconds.positions);
     say("positions");
-    report_.points.assign(at(problem_.point_count()), 1);
+    report_.points.assign(index(problem_.point_count()), 1);
     Restriction part = placed_part(problem_, report_);
-    report_.points.assign(at(problem_.point_count()), 0);
-    for (const std::int32_t point : part.point) report_.points[at(point)] = 1;
+    report_.points.assign(index(problem_.point_count()), 0);
+    for (const std::int32_t point : part.point) report_.points[index(point)] = 1;
     report_.placed_points = static_cast<std::int64_t>(part.point.size());
     PositionOptions options = options_.positions;
     options.threads = pool_.threads();

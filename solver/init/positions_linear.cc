@@ -1,5 +1,6 @@
 #include <raybundle/solver/init/positions_linear.h>
 
+#include <raybundle/linalg/block_layout.h>
 #include <raybundle/solver/init/graph.h>
 #include <raybundle/solver/init/pose_graph_system.h>
 
@@ -16,8 +17,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+using linalg::index;
 
 // A ray to a feature, from image `image`; images are nodes here.
 struct Row {
@@ -77,13 +77,13 @@ class Programme {
   // by them, rows would ask for ever less where positions collapse.
   void reweight(const VectorXd& x, double scale) {
     parallel([&](std::int64_t k) {
-      const Row& row = rows_[at(k)];
+      const Row& row = rows_[index(k)];
       const Vector3d N = ray(row, x);
       const double length = std::max(N.norm(), 1e-3);
       const double error = row.v.cross(N).norm() / length * row.pixels;
       const double robust = 1 / (1 + error * error / (scale * scale));
       weight_[k] = robust;
-      constrained_[at(k)] = robust > 0.1 ? 1 : 0;
+      constrained_[index(k)] = robust > 0.1 ? 1 : 0;
     });
     weight_ /= weight_.mean();
   }
@@ -91,8 +91,8 @@ class Programme {
   VectorXd depths(const VectorXd& x) const {
     VectorXd result(count());
     parallel([&](std::int64_t k) {
-      const Row& row = rows_[at(k)];
-      result[k] = constrained_[at(k)] != 0 ? row.v.dot(ray(row, x)) : 0;
+      const Row& row = rows_[index(k)];
+      result[k] = constrained_[index(k)] != 0 ? row.v.dot(ray(row, x)) : 0;
     });
     return result;
   }
@@ -132,8 +132,8 @@ class Programme {
     const double rho = 1e-2;
     system_.restore();
     for (const std::int64_t k : working.row) {
-      const Vector3d& v = rows_[at(k)].v;
-      add_row(rows_[at(k)], rho * v * v.transpose());
+      const Vector3d& v = rows_[index(k)].v;
+      add_row(rows_[index(k)], rho * v * v.transpose());
     }
     system_.hold(root_);
     if (!system_.factor()) return most_steps;
@@ -152,7 +152,7 @@ class Programme {
       x = next + towards_c * (missing / c.dot(towards_c.col(0)));
       double gap = 0;
       for (std::size_t i = 0; i < working.row.size(); ++i) {
-        const Row& row = rows_[at(working.row[i])];
+        const Row& row = rows_[index(working.row[i])];
         const double depth = row.v.dot(ray(row, x));
         working.z[i] = std::max(0.0, depth + working.multiplier[i] / rho);
         working.multiplier[i] += rho * (depth - working.z[i]);
@@ -167,7 +167,7 @@ class Programme {
     std::vector<PoseGraphSystem::Couple> result;
     result.reserve(3 * rows_.size());
     for (const Row& row : rows_) {
-      const Feature& feature = features_[at(row.feature)];
+      const Feature& feature = features_[index(row.feature)];
       result.emplace_back(feature.main, feature.associate);
       result.emplace_back(feature.main, row.image);
       result.emplace_back(feature.associate, row.image);
@@ -183,7 +183,7 @@ class Programme {
   }
 
   Vector3d ray(const Row& row, const VectorXd& x) const {
-    const Feature& feature = features_[at(row.feature)];
+    const Feature& feature = features_[index(row.feature)];
     const Vector3d P_m = x.segment<3>(3 * feature.main), P_a = x.segment<3>(3 * feature.associate);
     const Vector3d P_i = x.segment<3>(3 * row.image);
     return feature.G * (P_a - P_m) + feature.sin_theta * (P_m - P_i);
@@ -192,12 +192,12 @@ class Programme {
   // A^T y, of the rows with an inequality: pieces of rows have sums of their own, added in order.
   VectorXd transposed(const VectorXd& y) const {
     const linalg::Chunks pieces = linalg::chunks(count(), 4096, 16);
-    std::vector<VectorXd> parts(at(pieces.pieces));
+    std::vector<VectorXd> parts(index(pieces.pieces));
     pool_.run(pieces.pieces, [&](std::int64_t piece) {
-      VectorXd& part = parts[at(piece)];
+      VectorXd& part = parts[index(piece)];
       part = VectorXd::Zero(order_);
       for (std::int64_t k = pieces.begin(piece); k < pieces.end(piece); ++k) {
-        if (constrained_[at(k)] != 0) add_transposed(k, y[k], part);
+        if (constrained_[index(k)] != 0) add_transposed(k, y[k], part);
       }
     });
     VectorXd result = VectorXd::Zero(order_);
@@ -206,8 +206,8 @@ class Programme {
   }
 
   void add_transposed(std::int64_t k, double factor, VectorXd& to) const {
-    const Row& row = rows_[at(k)];
-    const Feature& feature = features_[at(row.feature)];
+    const Row& row = rows_[index(k)];
+    const Feature& feature = features_[index(row.feature)];
     const Vector3d along = factor * row.v, moved = feature.G.transpose() * along;
     to.segment<3>(3 * feature.associate) += moved;
     to.segment<3>(3 * feature.main) += feature.sin_theta * along - moved;
@@ -224,8 +224,8 @@ class Programme {
   void fill() {
     system_.set_zero();
     for (std::int64_t k = 0; k < count(); ++k) {
-      const Vector3d& v = rows_[at(k)].v;
-      add_row(rows_[at(k)], weight_[k] * (Matrix3d::Identity() - v * v.transpose()));
+      const Vector3d& v = rows_[index(k)].v;
+      add_row(rows_[index(k)], weight_[k] * (Matrix3d::Identity() - v * v.transpose()));
     }
     const double pinch =
         1e-10 * weight_.mean() * static_cast<double>(count()) / static_cast<double>(order_);
@@ -236,7 +236,7 @@ class Programme {
 
   // N^T W N of a row.
   void add_row(const Row& row, const Matrix3d& W) {
-    const Feature& feature = features_[at(row.feature)];
+    const Feature& feature = features_[index(row.feature)];
     const std::array<std::pair<std::int32_t, Matrix3d>, 3> terms = {
         {{feature.main, feature.of_main()},
          {feature.associate, feature.of_associate()},
@@ -268,7 +268,7 @@ void for_rows(const Sightings& sightings, const Feature& feature,
               std::span<const std::uint8_t> known, Visit&& visit) {
   const Sightings::Range track = sightings.of_point(feature.point);
   for (std::int64_t s = track.first; s < track.last; ++s) {
-    if (known[at(sightings.image(s))] != 0) visit(s);
+    if (known[index(sightings.image(s))] != 0) visit(s);
   }
 }
 
@@ -284,13 +284,13 @@ Nodes tied_images(std::int32_t root, const Sightings& sightings, std::span<const
   }
   const Components parts = components(sightings.images(), ties);
   Nodes nodes;
-  nodes.node.assign(at(sightings.images()), -1);
+  nodes.node.assign(index(sightings.images()), -1);
   for (std::int32_t i = 0; i < sightings.images(); ++i) {
-    if (known[at(i)] == 0 || !parts.in_largest(i)) continue;
-    nodes.node[at(i)] = static_cast<std::int32_t>(nodes.image.size());
+    if (known[index(i)] == 0 || !parts.in_largest(i)) continue;
+    nodes.node[index(i)] = static_cast<std::int32_t>(nodes.image.size());
     nodes.image.push_back(i);
   }
-  nodes.root = std::max(nodes.node[at(root)], 0);
+  nodes.root = std::max(nodes.node[index(root)], 0);
   return nodes;
 }
 
@@ -304,19 +304,19 @@ LinearPositions linear_positions(const Sightings& sightings, std::span<const Fea
   std::vector<Feature> tied;
   std::vector<Row> rows;
   for (const Feature& each : features) {
-    if (nodes.node[at(each.main)] < 0) continue;
+    if (nodes.node[index(each.main)] < 0) continue;
     const auto number = static_cast<std::int32_t>(tied.size());
     for_rows(sightings, each, known, [&](std::int64_t s) {
-      rows.push_back({number, nodes.node[at(sightings.image(s))], sightings.pixels(s),
+      rows.push_back({number, nodes.node[index(sightings.image(s))], sightings.pixels(s),
                       world_ray(sightings, R_cw, s)});
     });
     tied.push_back(each);
-    tied.back().main = nodes.node[at(each.main)];
-    tied.back().associate = nodes.node[at(each.associate)];
+    tied.back().main = nodes.node[index(each.main)];
+    tied.back().associate = nodes.node[index(each.associate)];
   }
   LinearPositions result;
-  result.P.assign(at(sightings.images()), Vector3d::Zero());
-  result.known.assign(at(sightings.images()), 0);
+  result.P.assign(index(sightings.images()), Vector3d::Zero());
+  result.known.assign(index(sightings.images()), 0);
   result.rows = static_cast<std::int64_t>(rows.size());
   if (rows.empty()) return result;
 
@@ -329,8 +329,8 @@ LinearPositions linear_positions(const Sightings& sightings, std::span<const Fea
     result.admm_steps += programme.constrain(x, options.admm_steps);
   }
   for (std::size_t node = 0; node < nodes.image.size(); ++node) {
-    result.P[at(nodes.image[node])] = x.segment<3>(3 * static_cast<std::int64_t>(node));
-    result.known[at(nodes.image[node])] = 1;
+    result.P[index(nodes.image[node])] = x.segment<3>(3 * static_cast<std::int64_t>(node));
+    result.known[index(nodes.image[node])] = 1;
   }
   return result;
 }

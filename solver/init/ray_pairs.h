@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 
 #include <cstdint>
-#include <span>
 
 namespace raybundle::init {
 
@@ -14,16 +13,12 @@ struct RayPairs {
   Eigen::VectorXd pixels_a, pixels_b;
 
   std::int64_t size() const { return a.cols(); }
-  /// Those of `which`, ascending.
-  RayPairs subset(std::span<const std::int32_t> which) const;
 };
 
 /// X_b = R X_a + t, with |t| = 1, or 0 where nothing tells it.
 struct RelativePose {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
-
-  RelativePose inverse() const { return {R.transpose(), -(R.transpose() * t)}; }
 };
 
 }  // namespace raybundle::init

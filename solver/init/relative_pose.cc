@@ -147,18 +147,6 @@ void recognise_degeneracy(TwoView& view, const RayPairs& pairs, const RelativePo
 
 }  // namespace
 
-const char* name(PairKind value) {
-  switch (value) {
-    case PairKind::general:
-      return "general";
-    case PairKind::planar:
-      return "planar";
-    case PairKind::rotation:
-      return "rotation";
-  }
-  return "?";
-}
-
 std::optional<TwoView> relative_pose(const RayPairs& pairs, const RelativePoseOptions& options,
                                      Random& random) {
   const std::int64_t least = std::max<std::int64_t>(options.min_inliers, 6);

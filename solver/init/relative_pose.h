@@ -24,7 +24,6 @@ struct RelativePoseOptions {
 ///             points are as well in front of both cameras for either
 ///   rotation  the rotation alone: hardly a point has moved by parallax; t = 0
 enum class PairKind { general, planar, rotation };
-const char* name(PairKind value);
 
 struct TwoView {
   RelativePose pose;

@@ -1,11 +1,13 @@
 #include <raybundle/solver/init/restriction.h>
 
+#include <raybundle/linalg/block_layout.h>
+
 #include <algorithm>
 
 namespace raybundle::init {
 namespace {
 
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+using linalg::index;
 
 // The places of what is marked, and for each its new number; -1: none.
 struct Numbering {
@@ -34,16 +36,16 @@ void copy_blocks(const std::vector<T>& from, std::span<const std::int32_t> kept,
 
 Restriction restricted(const Problem& problem, const Marks& marks) {
   const auto is_kept = [&](std::int64_t k) {
-    return marks.observations[at(k)] != 0 &&
-           marks.images[at(problem.observation_camera[at(k)])] != 0 &&
-           marks.points[at(problem.observation_point[at(k)])] != 0;
+    return marks.observations[index(k)] != 0 &&
+           marks.images[index(problem.observation_camera[index(k)])] != 0 &&
+           marks.points[index(problem.observation_point[index(k)])] != 0;
   };
   Restriction result;
   std::vector<std::uint8_t> seen(marks.points.size(), 0);
   for (std::int64_t k = 0; k < problem.observation_count(); ++k) {
     if (!is_kept(k)) continue;
     result.observation.push_back(k);
-    seen[at(problem.observation_point[at(k)])] = 1;
+    seen[index(problem.observation_point[index(k)])] = 1;
   }
   Numbering of_images(marks.images), of_points(seen);
   Problem& part = result.problem;
@@ -53,10 +55,11 @@ Restriction restricted(const Problem& problem, const Marks& marks) {
   copy_blocks(problem.fixed_camera_parameters, of_images.kept, 1, part.fixed_camera_parameters);
   copy_blocks(problem.fixed_points, of_points.kept, 1, part.fixed_points);
   for (const std::int64_t k : result.observation) {
-    part.observation_camera.push_back(of_images.number[at(problem.observation_camera[at(k)])]);
-    part.observation_point.push_back(of_points.number[at(problem.observation_point[at(k)])]);
-    part.observations.push_back(problem.observations[at(2 * k)]);
-    part.observations.push_back(problem.observations[at(2 * k + 1)]);
+    part.observation_camera.push_back(
+        of_images.number[index(problem.observation_camera[index(k)])]);
+    part.observation_point.push_back(of_points.number[index(problem.observation_point[index(k)])]);
+    part.observations.push_back(problem.observations[index(2 * k)]);
+    part.observations.push_back(problem.observations[index(2 * k + 1)]);
   }
   result.image = std::move(of_images.kept);
   result.point = std::move(of_points.kept);

@@ -1,5 +1,6 @@
 #include <raybundle/solver/init/rotation_averaging.h>
 
+#include <raybundle/linalg/block_layout.h>
 #include <raybundle/models/rotation.h>
 #include <raybundle/solver/init/pose_graph_system.h>
 
@@ -19,11 +20,10 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using linalg::index;
 using Rotations = std::vector<Matrix3d>;
 
 constexpr double widest_scale = 1;  // radian
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 std::vector<WeightedEdge> weighted(std::span<const RelativeRotation> edges) {
   std::vector<WeightedEdge> result;
@@ -34,7 +34,7 @@ std::vector<WeightedEdge> weighted(std::span<const RelativeRotation> edges) {
 
 // R_j^T R_ji R_i as a rotation vector, in the frame of the world.
 Vector3d disagreement(const RelativeRotation& edge, const Rotations& R) {
-  return so3::log(Matrix3d(R[at(edge.j)].transpose() * edge.R_ji * R[at(edge.i)]));
+  return so3::log(Matrix3d(R[index(edge.j)].transpose() * edge.R_ji * R[index(edge.i)]));
 }
 
 std::vector<double> angles_of(std::span<const RelativeRotation> edges, const Rotations& R) {
@@ -66,12 +66,12 @@ class ConnectedRotations {
       : nodes_(nodes), edges_(std::move(edges)), root_(root), system_(nodes, couples(), pool) {}
 
   Rotations along_tree() const {
-    Rotations R(at(nodes_), Matrix3d::Identity());
+    Rotations R(index(nodes_), Matrix3d::Identity());
     const auto weights = weighted(edges_);
     for (const TreeEdge& step : maximum_spanning_tree(nodes_, weights, root_)) {
-      const RelativeRotation& edge = edges_[at(step.edge)];
+      const RelativeRotation& edge = edges_[index(step.edge)];
       const Matrix3d R_cp = edge.i == step.parent ? edge.R_ji : Matrix3d(edge.R_ji.transpose());
-      R[at(step.child)] = R_cp * R[at(step.parent)];
+      R[index(step.child)] = R_cp * R[index(step.parent)];
     }
     return R;
   }
@@ -94,7 +94,7 @@ class ConnectedRotations {
     if (!system_.factor()) return along_tree();
     system_.solve(X);
     Rotations R;
-    R.reserve(at(nodes_));
+    R.reserve(index(nodes_));
     for (std::int64_t i = 0; i < nodes_; ++i) {
       R.push_back(nearest_rotation(X.middleRows<3>(3 * i)));
     }
@@ -157,7 +157,7 @@ class ConnectedRotations {
     double largest = 0;
     for (std::int64_t i = 0; i < nodes_; ++i) {
       const Vector3d turn = w.middleRows<3>(3 * i);
-      R[at(i)] = nearest_rotation(R[at(i)] * so3::exp(turn));
+      R[index(i)] = nearest_rotation(R[index(i)] * so3::exp(turn));
       largest = std::max(largest, turn.norm());
     }
     return largest;
@@ -178,7 +178,7 @@ struct Core {
 
   Core(std::int64_t images, std::span<const RelativeRotation> all,
        const std::vector<std::uint8_t>& pruned)
-      : node(at(images), -1) {
+      : node(index(images), -1) {
     std::vector<WeightedEdge> left;
     for (std::size_t k = 0; k < all.size(); ++k) {
       if (pruned[k] == 0) left.push_back({all[k].i, all[k].j, all[k].weight});
@@ -186,13 +186,13 @@ struct Core {
     const Components parts = components(images, left);
     for (std::int32_t i = 0; i < images; ++i) {
       if (!parts.in_largest(i)) continue;
-      node[at(i)] = static_cast<std::int32_t>(image.size());
+      node[index(i)] = static_cast<std::int32_t>(image.size());
       image.push_back(i);
     }
     for (std::size_t k = 0; k < all.size(); ++k) {
-      if (pruned[k] != 0 || node[at(all[k].i)] < 0 || node[at(all[k].j)] < 0) continue;
+      if (pruned[k] != 0 || node[index(all[k].i)] < 0 || node[index(all[k].j)] < 0) continue;
       edge.push_back(static_cast<std::int64_t>(k));
-      edges.push_back({node[at(all[k].i)], node[at(all[k].j)], all[k].R_ji, all[k].weight});
+      edges.push_back({node[index(all[k].i)], node[index(all[k].j)], all[k].R_ji, all[k].weight});
     }
   }
 
@@ -202,8 +202,8 @@ struct Core {
   std::int32_t heaviest() const {
     std::vector<double> weight(image.size(), 0);
     for (const RelativeRotation& each : edges) {
-      weight[at(each.i)] += each.weight;
-      weight[at(each.j)] += each.weight;
+      weight[index(each.i)] += each.weight;
+      weight[index(each.j)] += each.weight;
     }
     return static_cast<std::int32_t>(std::max_element(weight.begin(), weight.end()) -
                                      weight.begin());
@@ -224,7 +224,7 @@ void check(std::int64_t images, std::span<const RelativeRotation> edges) {
 Rotations average_all(const Core& core, const RotationOptions& options, linalg::ThreadPool& pool,
                       AveragedRotations& result) {
   const std::int32_t root = core.heaviest();
-  result.root = core.image[at(root)];
+  result.root = core.image[index(root)];
   ConnectedRotations graph(core.nodes(), core.edges, root, pool);
   Rotations R = graph.chordal(), tree = graph.along_tree();
   result.chordal = statistics_of(graph.angles(R));
@@ -235,7 +235,7 @@ Rotations average_all(const Core& core, const RotationOptions& options, linalg::
   const std::vector<double> angles = graph.angles(R);
   result.before = statistics_of(angles);
   for (std::size_t k = 0; k < angles.size(); ++k) {
-    result.pruned[at(core.edge[k])] = angles[k] > options.prune ? 1 : 0;
+    result.pruned[index(core.edge[k])] = angles[k] > options.prune ? 1 : 0;
   }
   return R;
 }
@@ -243,16 +243,16 @@ Rotations average_all(const Core& core, const RotationOptions& options, linalg::
 // The same of what is left, from rotations nearby; writes them into the result.
 void average_rest(const Core& core, Rotations R, const RotationOptions& options,
                   linalg::ThreadPool& pool, AveragedRotations& result) {
-  const std::int32_t before = core.node[at(result.root)];
+  const std::int32_t before = core.node[index(result.root)];
   const std::int32_t root = before >= 0 ? before : core.heaviest();
-  result.root = core.image[at(root)];
+  result.root = core.image[index(root)];
   ConnectedRotations graph(core.nodes(), core.edges, root, pool);
   result.iterations += graph.refine(R, options.most_iterations, 0);
   result.after = statistics_of(graph.angles(R));
-  const Matrix3d R_wr = R[at(root)].transpose();
+  const Matrix3d R_wr = R[index(root)].transpose();
   for (std::size_t node = 0; node < R.size(); ++node) {
-    result.R_cw[at(core.image[node])] = R[node] * R_wr;
-    result.known[at(core.image[node])] = 1;
+    result.R_cw[index(core.image[node])] = R[node] * R_wr;
+    result.known[index(core.image[node])] = 1;
   }
 }
 
@@ -262,8 +262,8 @@ AveragedRotations average_rotations(std::int64_t images, std::span<const Relativ
                                     const RotationOptions& options, linalg::ThreadPool& pool) {
   check(images, edges);
   AveragedRotations result;
-  result.R_cw.assign(at(images), Matrix3d::Identity());
-  result.known.assign(at(images), 0);
+  result.R_cw.assign(index(images), Matrix3d::Identity());
+  result.known.assign(index(images), 0);
   result.angle.assign(edges.size(), std::numeric_limits<double>::quiet_NaN());
   result.pruned.assign(edges.size(), 0);
   if (images == 0) return result;
@@ -273,10 +273,10 @@ AveragedRotations average_rotations(std::int64_t images, std::span<const Relativ
   const Core left(images, edges, result.pruned);
   Rotations kept;
   kept.reserve(left.image.size());
-  for (const std::int32_t image : left.image) kept.push_back(R[at(all.node[at(image)])]);
+  for (const std::int32_t image : left.image) kept.push_back(R[index(all.node[index(image)])]);
   average_rest(left, std::move(kept), options, pool, result);
   for (std::size_t k = 0; k < edges.size(); ++k) {
-    if (result.known[at(edges[k].i)] == 0 || result.known[at(edges[k].j)] == 0) continue;
+    if (result.known[index(edges[k].i)] == 0 || result.known[index(edges[k].j)] == 0) continue;
     result.angle[k] = disagreement(edges[k], result.R_cw).norm();
   }
   return result;

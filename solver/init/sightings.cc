@@ -14,7 +14,7 @@
 namespace raybundle::init {
 namespace {
 
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+using linalg::index;
 
 // The mean, along and across the radius, of how fast the pixel moves as the ray turns; at least a
 // tenth of f, so that rays near the edge of what a lens can see have a bounded weight.
@@ -28,7 +28,7 @@ double pixels_per_radian(const double* lens, const Eigen::Vector3d& ray) {
 }
 
 const double* lens_of(const Problem& problem, std::int64_t observation) {
-  const std::int64_t camera = problem.observation_camera[at(observation)];
+  const std::int64_t camera = problem.observation_camera[index(observation)];
   return problem.cameras.data() + Problem::camera_size * camera + 6;
 }
 
@@ -46,7 +46,7 @@ Sightings::Sightings(const Problem& problem, linalg::ThreadPool& pool) {
   if (problem.observation_count() > linalg::most_numbered) {
     throw std::length_error("more than 2^31 observations");
   }
-  std::vector<std::uint8_t> reached(at(problem.observation_count()));
+  std::vector<std::uint8_t> reached(index(problem.observation_count()));
   linalg::for_entries(problem.observation_count(), pool, [&](std::size_t k) {
     reached[k] = undistorted_pixel(problem, static_cast<std::int64_t>(k)) ? 1 : 0;
   });
@@ -68,23 +68,23 @@ void Sightings::take_rays(const Problem& problem, linalg::ThreadPool& pool) {
 
 void Sightings::sort(const Problem& problem, const std::vector<std::uint8_t>& reached) {
   for (std::int32_t k = 0; k < problem.observation_count(); ++k) {
-    if (reached[at(k)] != 0) observation_.push_back(k);
+    if (reached[index(k)] != 0) observation_.push_back(k);
   }
   const auto key = [&](std::int32_t k) {
-    return std::pair(problem.observation_point[at(k)], problem.observation_camera[at(k)]);
+    return std::pair(problem.observation_point[index(k)], problem.observation_camera[index(k)]);
   };
   std::stable_sort(observation_.begin(), observation_.end(),
                    [&](std::int32_t x, std::int32_t y) { return key(x) < key(y); });
   observation_.erase(std::unique(observation_.begin(), observation_.end(),
                                  [&](std::int32_t x, std::int32_t y) { return key(x) == key(y); }),
                      observation_.end());
-  point_begin_.assign(at(problem.point_count() + 1), 0);
-  image_begin_.assign(at(problem.camera_count() + 1), 0);
+  point_begin_.assign(index(problem.point_count() + 1), 0);
+  image_begin_.assign(index(problem.camera_count() + 1), 0);
   for (const std::int32_t k : observation_) {
-    point_.push_back(problem.observation_point[at(k)]);
-    image_.push_back(problem.observation_camera[at(k)]);
-    ++point_begin_[at(point_.back()) + 1];
-    ++image_begin_[at(image_.back()) + 1];
+    point_.push_back(problem.observation_point[index(k)]);
+    image_.push_back(problem.observation_camera[index(k)]);
+    ++point_begin_[index(point_.back()) + 1];
+    ++image_begin_[index(image_.back()) + 1];
   }
   std::partial_sum(point_begin_.begin(), point_begin_.end(), point_begin_.begin());
   std::partial_sum(image_begin_.begin(), image_begin_.end(), image_begin_.begin());
@@ -94,7 +94,7 @@ void Sightings::list_by_image() {
   by_image_.resize(image_.size());
   std::vector<std::int64_t> next(image_begin_.begin(), image_begin_.end() - 1);
   for (std::int64_t s = 0; s < size(); ++s) {
-    by_image_[at(next[at(image(s))]++)] = static_cast<std::int32_t>(s);
+    by_image_[index(next[index(image(s))]++)] = static_cast<std::int32_t>(s);
   }
 }
 
@@ -111,7 +111,7 @@ RayPairs Sightings::pairs(std::int32_t i, std::int32_t j) const {
   RayPairs result = {Eigen::Matrix3Xd(3, count), Eigen::Matrix3Xd(3, count), Eigen::VectorXd(count),
                      Eigen::VectorXd(count)};
   for (Eigen::Index k = 0; k < count; ++k) {
-    const auto [a, b] = both[at(k)];
+    const auto [a, b] = both[index(k)];
     result.a.col(k) = ray(a);
     result.b.col(k) = ray(b);
     result.pixels_a[k] = pixels(a);
