@@ -191,6 +191,15 @@ double root_mean_square(const std::vector<double>& values) {
   return x.stableNorm() / std::sqrt(static_cast<double>(values.size()));
 }
 
+std::vector<Eigen::Matrix3d> camera_rotations(const Problem& problem) {
+  std::vector<Eigen::Matrix3d> result;
+  result.reserve(index(problem.camera_count()));
+  for (std::size_t j = 0; j < index(problem.camera_count()); ++j) {
+    result.push_back(rotation(problem, j));
+  }
+  return result;
+}
+
 std::vector<double> camera_centres(const Problem& problem) {
   std::vector<double> centres;
   centres.reserve(index(3 * problem.camera_count()));

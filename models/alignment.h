@@ -34,6 +34,9 @@ std::vector<double> distances(const Similarity& S, const std::vector<double>& fr
 /// Root of the mean square; 0 of nothing.
 double root_mean_square(const std::vector<double>& values);
 
+/// Rotations R_cw of the cameras.
+std::vector<Eigen::Matrix3d> camera_rotations(const Problem& problem);
+
 /// Camera centres P = -R_cw^T t_cw, three coordinates per camera.
 std::vector<double> camera_centres(const Problem& problem);
 

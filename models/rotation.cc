@@ -4,6 +4,9 @@
 
 #include <raybundle/models/rotation.h>
 
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
 #include <cmath>
 
 namespace raybundle::so3 {
@@ -96,6 +99,12 @@ Matrix3 inverse_right_jacobian(const Vector3& phi) {
   const double x = 0.5 * norm(phi);
   const double coefficient = (cosine_deficit(x) - sine_deficit(x)) / (4 * sinc(x));
   return Matrix3::Identity() + 0.5 * hat(phi) + coefficient * hat_squared(phi);
+}
+
+Matrix3 nearest(const Matrix3& M) {
+  const Eigen::JacobiSVD<Matrix3> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  return svd.matrixU() * Vector3(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
 }
 
 Quaternion quaternion(const Vector3& phi) {

@@ -18,6 +18,8 @@ Vector3 log(const Matrix3& R);                       ///< rotation vector, angle
 Matrix3 right_jacobian(const Vector3& phi);          ///< J_r [Qu18, Eq. 3.26]
 Matrix3 inverse_right_jacobian(const Vector3& phi);  ///< J_r^-1, for |phi| < 2 pi
 
+Matrix3 nearest(const Matrix3& M);  ///< the rotation R with the least |R - M|, of Frobenius
+
 Quaternion quaternion(const Vector3& phi);  ///< exp(phi) as a unit quaternion
 Vector3 log(const Quaternion& q);           ///< rotation vector, angle in [0, pi]
 Quaternion multiply(const Quaternion& p, const Quaternion& q);

@@ -121,12 +121,7 @@ ExitCode run(const Arguments& arguments) {
   if (!arguments.log.empty()) {
     io::write_file_atomically(output_path(arguments.log), evaluation_json(evaluation));
   }
-  const std::string report = evaluation_report(evaluation);
-  if (standard_output_taken) {
-    std::fputs(report.c_str(), stderr);
-  } else {
-    print(report);
-  }
+  print_report(evaluation_report(evaluation), standard_output_taken);
   return ExitCode::usable;
 }
 

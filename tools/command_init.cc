@@ -18,9 +18,11 @@
 #include <raybundle/solver/init/incremental.h>
 #include <raybundle/solver/init/initialize.h>
 #include <raybundle/solver/option_table.h>
+#include <raybundle/solver/phase_timer.h>
 #include <raybundle/tools/commands.h>
 #include <raybundle/tools/init_report.h>
 #include <raybundle/tools/input.h>
+#include <raybundle/tools/interrupt.h>
 #include <raybundle/tools/options_cli.h>
 #include <raybundle/tools/output.h>
 #include <raybundle/tools/report.h>
@@ -37,25 +39,25 @@ struct Arguments {
   init::InitializeOptions options;
 };
 
-void check_least(const char* option, double value, double least) {
-  if (value >= least) return;
-  throw OptionError(std::string(option) + ": " + format("%g", value) + " is less than " +
-                    format("%g", least));
+void check_effects(const CLI::App& parser, const Arguments& arguments) {
+  const auto refuse = [&parser](const std::string& name, const char* reason) {
+    if (parser.count(name) > 0) throw OptionError(name + " has no effect " + reason);
+  };
+  if (arguments.incremental) {
+    for (const char* name : {"--rotations", "--loss", "--loss-scale"}) {
+      refuse(name, "with --pipeline incremental");
+    }
+  } else if (arguments.options.positions.loss == Loss::none) {
+    refuse("--loss-scale", "without a loss");
+  }
 }
 
 void check(const Arguments& arguments) {
-  check_least("--min-common", static_cast<double>(arguments.options.pairs.min_common), 6);
-  check_least("--pairs-per-camera", static_cast<double>(arguments.options.pairs.most_per_image), 1);
-  check_least("--threshold", arguments.options.relative_pose.threshold, 1e-6);
-  check_least("--threads", arguments.options.threads, 0);
   if (names_folder(arguments.output)) {
     throw OptionError("--output: the folder " + arguments.output +
                       " would hold no points; name a file");
   }
-  const bool both = !arguments.output.empty() && !arguments.log.empty();
-  if (both && same_file(arguments.output, arguments.log)) {
-    throw OptionError("--output and --log are the same: " + arguments.log);
-  }
+  check_apart(arguments.output, arguments.log);
   check_result("--output", arguments.output, arguments.input);
   check_result("--log", arguments.log, arguments.input);
 }
@@ -93,20 +95,27 @@ class StageLine {
 
 /// What was placed, by the one or the other way.
 init::Restriction place(const Arguments& arguments, Problem& problem, InitRecord& record) {
+  const InterruptGuard interrupt(!arguments.quiet);
   StageLine line;
   const auto progress = [&](const char* stage, std::int64_t done, std::int64_t all) {
     if (!arguments.quiet) line.show(stage, done, all);
+    return interrupt.signal() == nullptr ? Control::proceed : Control::stop;
   };
   return naming("problem", arguments.input, [&] {
     if (arguments.incremental) {
+      const double threshold = arguments.options.relative_pose.threshold;
       const init::IncrementalOptions options = {.pairs = arguments.options.pairs,
                                                 .relative_pose = arguments.options.relative_pose,
+                                                .resection = {.threshold = 2 * threshold},
+                                                .triangulation = {.threshold = threshold},
                                                 .seed = arguments.options.seed,
                                                 .threads = arguments.options.threads};
       record.incremental = init::reconstruct_incrementally(problem, options, progress);
       return init::placed_part(problem, *record.incremental);
     }
-    record.global = init::initialize(problem, arguments.options, progress);
+    init::InitializeOptions options = arguments.options;
+    options.linear.scale = options.relative_pose.threshold;
+    record.global = init::initialize(problem, options, progress);
     return init::placed_part(problem, *record.global);
   });
 }
@@ -114,38 +123,57 @@ init::Restriction place(const Arguments& arguments, Problem& problem, InitRecord
 void write_result(const Arguments& arguments, const Problem& placed, InitRecord& record) {
   io::write_bal(placed, std::filesystem::path(output_path(arguments.output)),
                 arguments.options.threads);
-  record.output = arguments.output == "-" ? "standard output" : arguments.output;
+  record.output = shown_name(arguments.output);
   if (placed.aspect != 1) std::fprintf(stderr, "warning: %s\n", square_pixels);
+}
+
+ExitCode exit_code(const InitRecord& record) {
+  const bool no_memory =
+      record.global && record.global->positions.termination == Termination::out_of_memory;
+  switch (conclusion(record).ending) {
+    case init::Ending::placed:
+      return ExitCode::usable;
+    case init::Ending::no_pose:
+    case init::Ending::disagreement:
+    case init::Ending::no_parallax:
+      return ExitCode::bad_input;
+    case init::Ending::not_computable:
+      return no_memory ? ExitCode::no_memory : ExitCode::numerical_failure;
+    case init::Ending::interrupted:
+      return ExitCode::interrupted;
+  }
+  return ExitCode::numerical_failure;
 }
 
 ExitCode run(const Arguments& arguments) {
   check(arguments);
   InitRecord record;
-  const auto start = std::chrono::steady_clock::now();
-  Problem problem = read_input(arguments.input, arguments.options.threads);
-  record.read_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  Problem problem;
+  {
+    const PhaseTimer timer(record.read_seconds);
+    problem = read_input(arguments.input, arguments.options.threads);
+  }
   record.source = arguments.input;
   record.cameras = problem.camera_count();
   record.points = problem.point_count();
   record.observations = problem.observation_count();
   record.seed = arguments.options.seed;
+  record.rotation_source = arguments.options.rotation_source;
   record.threads =
       arguments.options.threads > 0 ? arguments.options.threads : linalg::available_threads();
   const Problem placed = place(arguments, problem, record).problem;
-  if (!arguments.output.empty()) write_result(arguments, placed, record);
+  const bool any = placed.camera_count() > 0;
+  if (any && !arguments.output.empty()) write_result(arguments, placed, record);
   if (!arguments.log.empty()) {
-    record.log = arguments.log == "-" ? "standard output" : arguments.log;
+    record.log = shown_name(arguments.log);
     io::write_file_atomically(output_path(arguments.log), init_json(record));
   }
-  const bool taken = arguments.output == "-" || arguments.log == "-";
-  const std::string report = init_report(record);
-  if (taken) {
-    std::fputs(report.c_str(), stderr);
-  } else {
-    print(report);
+  print_report(init_report(record), arguments.output == "-" || arguments.log == "-");
+  const std::string& message = conclusion(record).message;
+  if (!message.empty()) {
+    std::fprintf(stderr, "raybundle: %s: %s\n", arguments.input.c_str(), message.c_str());
   }
-  return ExitCode::usable;
+  return exit_code(record);
 }
 
 }  // namespace
@@ -154,7 +182,6 @@ Command add_init(CLI::App& program) {
   CLI::App* parser = program.add_subcommand(
       "init", "Find poses and points from observations and lenses alone, to be solved then");
   auto arguments = std::make_shared<Arguments>();
-  init::InitializeOptions& options = arguments->options;
   parser->add_option("INPUT", arguments->input, input_help)->type_name("")->required();
   parser
       ->add_option("-o,--output", arguments->output,
@@ -180,18 +207,6 @@ Command add_init(CLI::App& program) {
           "adjustment after each [global]")
       ->type_name("global|incremental");
   parser
-      ->add_option("--min-common", options.pairs.min_common,
-                   "Fewest points that a pair of images has in common, from 6 [20]")
-      ->type_name("N");
-  parser
-      ->add_option("--pairs-per-camera", options.pairs.most_per_image,
-                   "Most pairs that an image asks for, those with most points in common [40]")
-      ->type_name("N");
-  parser
-      ->add_option("--threshold", options.relative_pose.threshold,
-                   "Largest epipolar error of a point that fits a pair, pixels [4]")
-      ->type_name("X");
-  parser
       ->add_option_function<std::string>(
           "--seed",
           [arguments](const std::string& text) {
@@ -199,9 +214,12 @@ Command add_init(CLI::App& program) {
           },
           "Of the samples: the same seed gives the same result [1]")
       ->type_name("N");
-  parser->add_option("--threads", options.threads, "0: all cores [0]")->type_name("N");
   parser->add_flag("-q,--quiet", arguments->quiet, "No progress on standard error [off]");
-  return {parser, [arguments] { return run(*arguments); }};
+  add_init_options(*parser, arguments->options);
+  return {parser, [arguments, parser] {
+            check_effects(*parser, *arguments);
+            return run(*arguments);
+          }};
 }
 
 }  // namespace raybundle::tools

@@ -80,10 +80,7 @@ void check(const Arguments& arguments) {
   if (!arguments.input.empty() && arguments.seed) {
     throw OptionError("--seed has no effect: the problem comes from " + arguments.input);
   }
-  const bool both = !arguments.output.empty() && !arguments.log.empty();
-  if (both && same_file(arguments.output, arguments.log)) {
-    throw OptionError("--output and --log are the same: " + arguments.log);
-  }
+  check_apart(arguments.output, arguments.log);
   const Options effective = resolve(arguments.options);
   if (names_folder(arguments.output)) {
     check_output_folder(arguments, effective);
@@ -144,7 +141,7 @@ void write_solution(const Arguments& arguments, const Problem& problem, SolveRec
     io::write_bal(problem, std::filesystem::path(output_path(output)), arguments.options.threads);
   }
   record.write_seconds = watch.seconds();
-  record.output = output == "-" ? "standard output" : output;
+  record.output = shown_name(output);
   const std::vector<std::string> lost = file_warnings(record, problem, names_folder(output));
   say_warnings(lost);
   record.warnings.insert(record.warnings.end(), lost.begin(), lost.end());
@@ -152,17 +149,11 @@ void write_solution(const Arguments& arguments, const Problem& problem, SolveRec
 
 void write_log(const std::string& log, SolveRecord& record) {
   io::write_file_atomically(output_path(log), log_json(record));
-  record.log = log == "-" ? "standard output" : log;
+  record.log = shown_name(log);
 }
 
 void write_report(const Arguments& arguments, const SolveRecord& record) {
-  const std::string report = solve_report(record);
-  const bool taken = arguments.output == "-" || arguments.log == "-";
-  if (taken) {
-    std::fputs(report.c_str(), stderr);
-  } else {
-    print(report);
-  }
+  print_report(solve_report(record), arguments.output == "-" || arguments.log == "-");
 }
 
 /// Solution, log and report, each tried whatever became of the others. False when one failed.

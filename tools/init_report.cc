@@ -1,11 +1,11 @@
 #include <raybundle/tools/init_report.h>
 
 #include <algorithm>
-#include <numbers>
 
 #include <nlohmann/json.hpp>
 
 #include <raybundle/tools/report.h>
+#include <raybundle/tools/rotations_report.h>
 #include <raybundle/version.h>
 
 namespace raybundle::tools {
@@ -13,20 +13,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using init::Placement;
-
-double degrees(double radians) { return radians * 180 / std::numbers::pi; }
-
-Json angles_json(const init::AngleStatistics& angles) {
-  return {{"mean", degrees(angles.mean)},
-          {"median", degrees(angles.median)},
-          {"upper_decile", degrees(angles.upper_decile)},
-          {"largest", degrees(angles.largest)}};
-}
-
-std::string angles_text(const init::AngleStatistics& angles) {
-  return format("median %.3g, nine of ten below %.3g, largest %.3g degrees", degrees(angles.median),
-                degrees(angles.upper_decile), degrees(angles.largest));
-}
 
 std::string reason(Placement placement) {
   switch (placement) {
@@ -39,7 +25,7 @@ std::string reason(Placement placement) {
     case Placement::disagreeing:
       return "all their pairs disagree with the rotations of the rest";
     case Placement::unmeasured:
-      return "no parallax to any of the rest";
+      return "rays do not tell their position";
   }
   return "?";
 }
@@ -76,23 +62,53 @@ void add_placed(const InitRecord& record, std::int64_t images, std::int64_t poin
                           percent_text(points, record.points) + ")");
 }
 
+void add_rotations(const InitRecord& record, Table& table) {
+  const init::InitializeReport& r = *record.global;
+  if (r.rotations.R_cw.empty()) return;
+  const bool given = record.rotation_source == init::RotationSource::problem;
+  table.add("rotations", std::string(given ? "of the problem" : "averaged") +
+                             "; pairs disagree by " + angles_text(r.rotations.before));
+  table.add("", format("%lld pairs left out; then %s", static_cast<long long>(r.pruned),
+                       angles_text(r.rotations.after).c_str()));
+}
+
+void add_positions(const init::InitializeReport& r, Table& table) {
+  if (r.positions.iterations.empty()) return;
+  table.add("positions",
+            format("from %lld features in %lld rays, %lld behind at first%s",
+                   static_cast<long long>(r.features), static_cast<long long>(r.linear.rays),
+                   static_cast<long long>(r.linear.rays_behind),
+                   r.linear.converged ? "" : "; some may still be, the steps were used up"));
+  table.add("", format("cost of rays %.6e -> %.6e in %zu iterations", r.positions.initial_cost,
+                       r.positions.final_cost, r.positions.iterations.size() - 1));
+  if (r.disagreeing_observations > 0) {
+    table.add("", count_text(r.disagreeing_observations, "observation") +
+                      " without a say: they agree with no other image");
+  }
+}
+
+void add_unused(const init::InitializeReport& r, Table& table) {
+  if (r.repeated_observations > 0) {
+    table.add("not used", count_text(r.repeated_observations, "observation") +
+                              " of a point that the image has already");
+  }
+  if (r.impossible_observations > 0) {
+    table.add("not used", count_text(r.impossible_observations, "observation") +
+                              " that their lens cannot have made");
+  }
+}
+
 void add_global(const InitRecord& record, Table& table) {
   const init::InitializeReport& r = *record.global;
   add_placed(record, r.placed_images, r.placed_points, table);
   add_left_out(record, table);
+  add_unused(r, table);
   table.add("pairs", format("%lld tried, %lld with a pose (%lld planar, %lld of rotation alone)",
                             static_cast<long long>(r.pairs), static_cast<long long>(r.edges),
                             static_cast<long long>(r.planar_edges),
                             static_cast<long long>(r.rotation_edges)));
-  table.add("rotations", "disagree by: " + angles_text(r.rotations.before));
-  table.add("", format("%lld pairs left out; then %s", static_cast<long long>(r.pruned),
-                       angles_text(r.rotations.after).c_str()));
-  table.add("positions",
-            format("from %lld features in %lld rays, %lld behind at first",
-                   static_cast<long long>(r.features), static_cast<long long>(r.linear.rows),
-                   static_cast<long long>(r.linear.rows_behind)));
-  table.add("", format("cost of rays %.6e -> %.6e in %zu iterations", r.positions.initial_cost,
-                       r.positions.final_cost, r.positions.iterations.size() - 1));
+  add_rotations(record, table);
+  add_positions(r, table);
   table.add("threads", std::to_string(record.threads));
   add_stages(r.seconds, table);
 }
@@ -108,12 +124,46 @@ void add_incremental(const InitRecord& record, Table& table) {
   table.add("  adjustment", format("%13.3f s", r.bundle_seconds));
 }
 
+Json edges_json(const init::InitializeReport& r) {
+  Json edges = Json::array();
+  for (std::size_t k = 0; k < r.edges_found.size(); ++k) {
+    const init::ViewEdge& edge = r.edges_found[k];
+    const bool judged = !r.rotations.angle.empty();
+    edges.push_back({{"i", edge.i},
+                     {"j", edge.j},
+                     {"kind", name(edge.kind)},
+                     {"common", edge.common},
+                     {"inliers", edge.inliers},
+                     {"parallax", degrees(edge.parallax)},
+                     {"angle", judged ? Json(degrees(r.rotations.angle[k])) : Json()},
+                     {"pruned", judged && r.rotations.pruned[k] != 0}});
+  }
+  return edges;
+}
+
+Json positions_json(const init::InitializeReport& r) {
+  const bool solved = !r.positions.iterations.empty();
+  return {{"features", r.features},
+          {"rays", r.linear.rays},
+          {"rays_behind", r.linear.rays_behind},
+          {"rounds", r.linear.rounds},
+          {"admm_steps", r.linear.admm_steps},
+          {"converged", r.linear.converged},
+          {"termination", solved ? Json(name(r.positions.termination)) : Json()},
+          {"iterations", solved ? Json(r.positions.iterations.size() - 1) : Json()},
+          {"initial_cost", solved ? Json(r.positions.initial_cost) : Json()},
+          {"final_cost", solved ? Json(r.positions.final_cost) : Json()}};
+}
+
 Json global_json(const InitRecord& record) {
   const init::InitializeReport& r = *record.global;
   const init::InitializeTimes& s = r.seconds;
   Json images = Json::array();
   for (const Placement each : r.images) images.push_back(name(each));
-  return {{"unused_observations", r.unused_observations},
+  return {{"observations",
+           {{"repeated", r.repeated_observations},
+            {"impossible", r.impossible_observations},
+            {"disagreeing", r.disagreeing_observations}}},
           {"placed", {{"cameras", r.placed_images}, {"points", r.placed_points}}},
           {"images", images},
           {"pairs",
@@ -122,20 +172,12 @@ Json global_json(const InitRecord& record) {
             {"planar", r.planar_edges},
             {"rotation_only", r.rotation_edges},
             {"pruned", r.pruned}}},
+          {"edges", edges_json(r)},
           {"rotations",
-           {{"tree", angles_json(r.rotations.tree)},
-            {"chordal", angles_json(r.rotations.chordal)},
-            {"before", angles_json(r.rotations.before)},
-            {"after", angles_json(r.rotations.after)},
-            {"iterations", r.rotations.iterations}}},
-          {"positions",
-           {{"features", r.features},
-            {"rows", r.linear.rows},
-            {"rows_behind", r.linear.rows_behind},
-            {"admm_steps", r.linear.admm_steps},
-            {"iterations", r.positions.iterations.size() - 1},
-            {"initial_cost", r.positions.initial_cost},
-            {"final_cost", r.positions.final_cost}}},
+           {{"from", name(record.rotation_source)},
+            {"iterations", r.rotations.iterations},
+            {"angles", angles_json(r.rotations)}}},
+          {"positions", positions_json(r)},
           {"seconds",
            {{"read", record.read_seconds},
             {"rays", s.sightings},
@@ -155,6 +197,7 @@ Json incremental_json(const InitRecord& record) {
   return {{"placed", {{"cameras", r.placed_images}, {"points", r.placed_points}}},
           {"images", images},
           {"bundle_adjustments", r.bundle_adjustments},
+          {"failed_adjustments", r.failed_adjustments},
           {"resections", r.resections},
           {"seconds",
            {{"read", record.read_seconds},
@@ -164,6 +207,10 @@ Json incremental_json(const InitRecord& record) {
 }
 
 }  // namespace
+
+const init::Conclusion& conclusion(const InitRecord& record) {
+  return record.global ? record.global->conclusion : record.incremental->conclusion;
+}
 
 std::string init_report(const InitRecord& record) {
   Table table;
@@ -188,7 +235,11 @@ std::string init_json(const InitRecord& record) {
                  {"observations", record.observations}}},
                {"pipeline", record.global ? "global" : "incremental"},
                {"seed", record.seed},
-               {"threads", record.threads}};
+               {"threads", record.threads},
+               {"ending", name(conclusion(record).ending)},
+               {"message", conclusion(record).message.empty()
+                               ? Json()
+                               : Json(conclusion(record).message)}};
   json.update(record.global ? global_json(record) : incremental_json(record));
   return json.dump(2) + "\n";
 }

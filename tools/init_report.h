@@ -14,6 +14,7 @@ struct InitRecord {
   std::string source;
   std::int64_t cameras = 0, points = 0, observations = 0;
   std::uint64_t seed = 0;
+  init::RotationSource rotation_source = init::RotationSource::pairs;
   int threads = 0;
   double read_seconds = 0;
   std::string output, log;                       ///< where the result went; empty: nowhere
@@ -21,23 +22,30 @@ struct InitRecord {
   std::optional<init::IncrementalReport> incremental;
 };
 
+/// How it ended, of whichever pipeline.
+const init::Conclusion& conclusion(const InitRecord& record);
+
 /// For people.
 std::string init_report(const InitRecord& record);
 
 /// In JSON:
 ///   schema 1, version, build
 ///   problem{source, cameras, points, observations}, pipeline global or incremental, seed, threads
+///   ending, a word (solver/init/conclusion.h), and message, null where all went well
 ///   placed{cameras, points}, images[] a word for each camera of the input: placed, or why not
 ///     (solver/init/initialize.h; incremental: left out); those placed are the cameras of the
 ///     output, in the same order
 /// of the incremental pipeline
-///   bundle_adjustments, resections, seconds{read, pairs, bundle_adjustments, total}
+///   bundle_adjustments, failed_adjustments, resections,
+///   seconds{read, pairs, bundle_adjustments, total}
 /// and of the global one
-///   unused_observations, which their lens cannot have made
+///   observations{repeated, impossible, disagreeing} (solver/init/initialize.h)
 ///   pairs{tried, edges, planar, rotation_only, pruned}
-///   rotations{tree, chordal, before, after}{mean, median, upper_decile, largest} in degrees, and
-///     iterations
-///   positions{features, rows, rows_behind, admm_steps, iterations, initial_cost, final_cost}
+///   edges[] the pairs with a pose: {i, j, kind general, planar or rotation, common, inliers,
+///     parallax and angle off the rotations in degrees, null where not known, pruned}
+///   rotations{from, iterations, angles{}}, angles as in rotations_report.h
+///   positions{features, rays, rays_behind, rounds, admm_steps, converged, termination, iterations,
+///     initial_cost, final_cost}, the last four null where it did not come to the positions
 ///   seconds{} by stage, read, total
 std::string init_json(const InitRecord& record);
 

@@ -15,6 +15,7 @@
 #include <CLI/Formatter.hpp>
 #include <CLI/Validators.hpp>
 
+#include <raybundle/solver/init/option_table.h>
 #include <raybundle/solver/option_table.h>
 
 namespace raybundle::tools {
@@ -95,6 +96,28 @@ void assign(std::optional<T>& field, const OptionInfo& info, const std::string& 
   field = value;
 }
 
+/// All options of a table in one group of the help page.
+template <class AnyOptions>
+void add_options(CLI::App& parser, AnyOptions& options, const std::string& group) {
+  visit_options(options, [&](auto& field, const OptionInfo& info) {
+    using Field = std::remove_reference_t<decltype(field)>;
+    using Value = typename ValueOf<Field>::Type;
+    constexpr bool is_optional = !std::is_same_v<Field, Value>;
+    const std::string help = std::string(info.help) + " [" + text(field) + "]";
+    const std::string flag = "--" + std::string(info.name);
+    if constexpr (std::is_same_v<Field, bool>) {
+      parser.add_flag(flag, field, help)->group(group);
+      return;
+    } else {
+      parser
+          .add_option_function<std::string>(
+              flag, [&field, info](const std::string& given) { assign(field, info, given); }, help)
+          ->type_name((info.bytes ? "SIZE" : kind<Value>()) + (is_optional ? "|auto" : ""))
+          ->group(group);
+    }
+  });
+}
+
 }  // namespace
 
 double parse_size(const std::string& option, const std::string& text) {
@@ -112,23 +135,11 @@ double parse_size(const std::string& option, const std::string& text) {
 }
 
 void add_solver_options(CLI::App& parser, Options& options) {
-  visit_options(options, [&parser](auto& field, const OptionInfo& info) {
-    using Field = std::remove_reference_t<decltype(field)>;
-    using Value = typename ValueOf<Field>::Type;
-    constexpr bool is_optional = !std::is_same_v<Field, Value>;
-    const std::string help = std::string(info.help) + " [" + text(field) + "]";
-    const std::string flag = "--" + std::string(info.name);
-    if constexpr (std::is_same_v<Field, bool>) {
-      parser.add_flag(flag, field, help)->group("Solver options");
-      return;
-    } else {
-      parser
-          .add_option_function<std::string>(
-              flag, [&field, info](const std::string& given) { assign(field, info, given); }, help)
-          ->type_name((info.bytes ? "SIZE" : kind<Value>()) + (is_optional ? "|auto" : ""))
-          ->group("Solver options");
-    }
-  });
+  add_options(parser, options, "Solver options");
+}
+
+void add_init_options(CLI::App& parser, init::InitializeOptions& options) {
+  add_options(parser, options, "Options of the initialisation");
 }
 
 Options parse_solver_options(const std::vector<std::string>& words) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <raybundle/solver/init/initialize.h>
 #include <raybundle/solver/options.h>
 
 namespace CLI {  // NOLINT(readability-identifier-naming): theirs
@@ -16,6 +17,9 @@ namespace raybundle::tools {
 /// and defaults; parsing writes to `options`, which must outlive it. A value that is not one makes
 /// parsing throw OptionError.
 void add_solver_options(CLI::App& parser, Options& options);
+
+/// The same of the table of initialisation (solver/init/option_table.h).
+void add_init_options(CLI::App& parser, init::InitializeOptions& options);
 
 /// The options that `words`, "--name value" one after the other, set. Throws OptionError for words
 /// that are no option of the table.

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <filesystem>
 #include <system_error>
 
@@ -57,6 +58,11 @@ void check_folder(const std::string& option, const std::string& output, const st
   check_output((folder / "Cam.txt").string());
 }
 
+void check_apart(const std::string& output, const std::string& log) {
+  if (output.empty() || log.empty() || !same_file(output, log)) return;
+  throw OptionError("--output and --log are the same: " + log);
+}
+
 void check_result(const std::string& option, const std::string& output, const std::string& input) {
   if (output.empty()) return;
   if (!input.empty() && input != "-" && output != "-" && same_file(output, input)) {
@@ -83,6 +89,18 @@ void print(std::string_view text) {
   } catch (const std::system_error& error) {
     if (error.code() != std::errc::broken_pipe) throw;
   }
+}
+
+void print_report(const std::string& report, bool standard_output_taken) {
+  if (standard_output_taken) {
+    std::fputs(report.c_str(), stderr);
+  } else {
+    print(report);
+  }
+}
+
+std::string shown_name(const std::string& output) {
+  return output == "-" ? "standard output" : output;
 }
 
 }  // namespace raybundle::tools

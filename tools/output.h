@@ -13,6 +13,9 @@ void check_output(const std::string& output);
 /// Whether two names stand for one file, or both for standard output.
 bool same_file(const std::string& a, const std::string& b);
 
+/// Throws OptionError when --output and --log name one file. Empty names are no outputs.
+void check_apart(const std::string& output, const std::string& log);
+
 /// A result must not replace what it was made from, nor a file of a folder that it was made from,
 /// and is never compressed: throws OptionError naming `option` for such an `output`,
 /// std::system_error as check_output() does. An empty name is no output, or no input.
@@ -24,6 +27,12 @@ std::string output_path(const std::string& output);
 /// Writes a report to standard output. Throws std::system_error, but not when the reader of a pipe
 /// has seen enough and closed it.
 void print(std::string_view text);
+
+/// A report: the same, or on standard error where a result has taken standard output.
+void print_report(const std::string& report, bool standard_output_taken);
+
+/// How an output is called in reports.
+std::string shown_name(const std::string& output);
 
 /// What formats do not hold of a problem.
 inline constexpr const char* without_points =

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <numbers>
 
 #include <raybundle/tools/memory.h>
 #include <raybundle/version.h>
@@ -142,6 +143,8 @@ std::string exact_text(double value) {
   std::array<char, 32> buffer;
   return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
 }
+
+double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 std::string count_text(std::int64_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");

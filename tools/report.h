@@ -31,6 +31,8 @@ std::string bytes_text(double bytes);  ///< "53.2 MB", in powers of ten
 std::string exact_text(double value);  ///< the shortest decimals that read back to `value`
 std::string percent_text(std::int64_t part, std::int64_t whole);  ///< "3.1 %"
 
+double degrees(double radians);
+
 std::string count_text(std::int64_t count, const std::string& noun);  ///< "1 run", "2 runs"
 
 /// What a solve achieved and what it took.

@@ -143,3 +143,7 @@ class Results:
     def small_scenes(self):
         files = sorted((self.folder / "initial-scenes").glob("*-*.json"))
         return [each for each in map(load, files) if int(each["seed"]) <= self.settings.small_scenes]
+
+    def positions(self):
+        """Of images with known rotations."""
+        return [load(file) for file in sorted((self.folder / "theorem-2").glob("*-*.json"))]

@@ -14,7 +14,7 @@ from .work import Settings, Work
 TITLE = "L. Liu et al., Parallax Bundle Adjustment on Manifold with Improved Global Initialization"
 TIME = "All of it takes about 40 minutes."
 INITIAL = {"init-" + each.name: each for each in SOURCES}
-NAMES = ["four-poses", *(each.name for each in DATA_SETS), "streets", *INITIAL, "init-scenes"]
+NAMES = ["four-poses", *(each.name for each in DATA_SETS), "streets", *INITIAL, "init-scenes", "theorem-2", "madrid"]
 
 
 def add_options(parser):
@@ -48,6 +48,10 @@ def run(args, program, probe, data):
             work.initialise(source.name)
     if "init-scenes" in wanted:
         work.initialise_small()
+    if "theorem-2" in wanted:
+        work.place()
+    if "madrid" in wanted and not args.quick:
+        work.average()
     return {"settings": dataclasses.asdict(settings), "machine": machine(args.output), "load": work.loads}
 
 

@@ -5,7 +5,7 @@ import statistics
 from reproduce.claims import FAILS, HOLDS, MISSING, TIE, count, judged, number
 from reproduce.text import claim_lines, failures, image, lines_plot, table, write_page
 
-from . import claims, four_poses, initial, streets
+from . import claims, four_poses, initial, madrid, streets, theorem_2
 from .variants import COMMON, DATA_SETS, METHODS, PAPER_METHODS, START, TABLE_3
 
 
@@ -124,6 +124,9 @@ def write(results, meta, work, docs):
     sections.append(("Convergence (Table 4, Figure 8)", body, judged(claims.CONVERGENCE, results)))
     sections.append(("Global initialisation (Table 5, Figure 9)", initial.report(results, plots) + "\n",
                      judged(initial.CLAIMS, results)))
+    sections.append(("Positions from true rotations (Theorem 2)", theorem_2.report(results) + "\n",
+                     judged(theorem_2.CLAIMS, results)))
+    sections.append(("Averaged rotations", madrid.report(results) + "\n", judged(madrid.CLAIMS, results)))
     sections.append(("Street scenes with far and collinear points", streets.report(results) + "\n", []))
     counts = count([row for _, _, rows in sections for row in rows])
     text = heading(meta, counts) + failures([(title, rows) for title, _, rows in sections])

@@ -14,6 +14,8 @@ from reproduce.runs import Runs, words
 
 from . import four_poses, streets
 from .initialise import Initialising
+from .madrid import Averaging
+from .theorem_2 import SEEDS, Placing
 from .variants import COMMON, DATA_SETS, METHODS, PAPER_METHODS, START
 
 
@@ -25,6 +27,7 @@ class Settings:
     draws: int = 100
     streets: int = 200
     small_scenes: int = 25  # of each kind
+    position_seeds: int = SEEDS
     quick_scenes: bool = False
     threads: int = 1
     seed: int = 1
@@ -35,10 +38,10 @@ class Settings:
         scales = {**dict.fromkeys(names, 0.002), "fake-pile-135": 0.05, "victoria-cottage": 0.02,
                   "usyd-mainquad": 0.02}
         return cls(trials=6, scales=scales, limits=dict.fromkeys(names, 10), draws=2, streets=2,
-                   small_scenes=1, quick_scenes=True)
+                   small_scenes=1, position_seeds=1, quick_scenes=True)
 
 
-class Work(Initialising, Runs):
+class Work(Initialising, Placing, Averaging, Runs):
     def __init__(self, program, probe, folder, settings, data=None):
         super().__init__(program, probe, folder)
         self.settings, self.data = settings, data

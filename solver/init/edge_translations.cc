@@ -6,7 +6,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
-#include <numeric>
 #include <optional>
 
 namespace raybundle::init {
@@ -15,27 +14,23 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-std::vector<std::int32_t> within(const Matrix3d& E, const RayPairs& pairs, double threshold) {
-  std::vector<std::int32_t> result;
-  for (std::int32_t i = 0; i < pairs.size(); ++i) {
-    if (squared_epipolar_error(E, pairs, i) < threshold * threshold) result.push_back(i);
-  }
-  return result;
-}
-
-// The t with the least weighted sum of (t . (R a x b))^2, weights following from the last t.
+// The t with the least weighted sum of (t . (R a x b))^2, weights following from the last t, or 1
+// where it is 0.
 Vector3d best_direction(const RelativePose& start, const RayPairs& pairs, double scale) {
   constexpr int rounds = 10;
   RelativePose pose = start;
   for (int round = 0; round < rounds; ++round) {
     const Matrix3d E = essential_matrix(pose);
+    const bool blind = pose.t.isZero(0);
     Matrix3d sum = Matrix3d::Zero();
     for (std::int64_t i = 0; i < pairs.size(); ++i) {
-      const Vector3d normal = (pose.R * pairs.a.col(i)).cross(pairs.b.col(i));
-      const double e = pose.t.dot(normal), squared = squared_epipolar_error(E, pairs, i);
-      // squared = e^2 / variance
-      const double inverse_variance = e != 0 ? squared / (e * e) : 0;
-      sum += inverse_variance / (1 + squared / (scale * scale)) * normal * normal.transpose();
+      const RayPair pair = pairs.pair(i);
+      const Vector3d normal = (pose.R * pair.a).cross(pair.b);
+      const EpipolarError error = epipolar_error(E, pair);
+      if (!blind && !(error.variance > 0)) continue;
+      const double weight =
+          blind ? 1 : 1 / (error.variance * (1 + error.squared() / (scale * scale)));
+      sum += weight * normal * normal.transpose();
     }
     const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(sum);
     const Vector3d t = eigen.eigenvectors().col(0);
@@ -53,22 +48,26 @@ bool has_parallax(const RelativePose& pose, const RayPairs& pairs,
   return 2 * (seen.front + seen.behind) > static_cast<std::int64_t>(which.size());
 }
 
-std::optional<ViewEdge> anew(const Sightings& sightings, ViewEdge edge, const Matrix3d& R_ji,
-                             const RelativePoseOptions& options) {
+ViewEdge anew(const Sightings& sightings, ViewEdge edge, const Matrix3d& R_ji,
+              const RelativePoseOptions& options) {
   const RayPairs pairs = sightings.pairs(edge.i, edge.j);
-  const bool had_translation = !edge.pose.t.isZero(0);
   edge.pose.R = R_ji;
-  if (!had_translation) return edge;
+  if (edge.kind == PairKind::rotation) return edge;
   edge.pose.t = best_direction(edge.pose, pairs, 0.5 * options.threshold);
-  const auto inliers = within(essential_matrix(edge.pose), pairs, options.threshold);
+  const Matrix3d E = essential_matrix(edge.pose);
+  const auto inliers = inliers_of(pairs.size(), options.threshold, [&](std::int64_t i) {
+    return squared_epipolar_error(E, pairs, i);
+  });
   edge.inliers = static_cast<std::int64_t>(inliers.size());
-  if (edge.inliers < options.min_inliers) return {};
   const RelativePose back = {edge.pose.R, -edge.pose.t};
   if (sides(back, pairs, inliers, least_parallax).front >
       sides(edge.pose, pairs, inliers, least_parallax).front) {
     edge.pose = back;
   }
-  if (!has_parallax(edge.pose, pairs, inliers)) edge.pose.t.setZero();
+  const bool told =
+      edge.inliers >= options.min_inliers && has_parallax(edge.pose, pairs, inliers);
+  if (!told) edge.pose.t.setZero();
+  if (edge.alone.t.isZero(0)) edge.alone = edge.pose;
   return edge;
 }
 
@@ -86,7 +85,7 @@ ViewGraph with_rotations(const Sightings& sightings, const ViewGraph& graph,
     if (rotations.pruned[at] != 0 || rotations.known[i] == 0 || rotations.known[j] == 0) return;
     edges[at] = anew(sightings, edge, rotations.R_cw[j] * rotations.R_cw[i].transpose(), options);
   });
-  ViewGraph result = {graph.images, {}};
+  ViewGraph result = {graph.images, {}, false};
   for (const auto& edge : edges) {
     if (edge) result.edges.push_back(*edge);
   }

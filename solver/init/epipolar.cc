@@ -15,6 +15,7 @@
 #include <Eigen/SVD>
 
 #include <cmath>
+#include <limits>
 
 namespace raybundle::init {
 namespace {
@@ -24,13 +25,6 @@ using Eigen::Vector3d;
 using Step = Eigen::Matrix<double, 5, 1>;
 
 double squared(double x) { return x * x; }
-
-// The squared length of one pixel, in units of e.
-double variance(const Vector3d& Ea, const Vector3d& Eb, double e, double pixels_a,
-                double pixels_b) {
-  return std::max(Eb.squaredNorm() - e * e, 0.0) / squared(pixels_a) +
-         std::max(Ea.squaredNorm() - e * e, 0.0) / squared(pixels_b);
-}
 
 RelativePose moved(const RelativePose& pose, const Step& step) {
   Vector3d across, along;
@@ -62,16 +56,16 @@ Normal normal_equations(const RelativePose& pose, const RayPairs& pairs,
   Vector3d across, along;
   tangent_basis(pose.t.data(), across.data(), along.data());
   for (const std::int32_t i : which) {
-    const Vector3d a = pairs.a.col(i), b = pairs.b.col(i), Ra = pose.R * a;
-    const double e = b.dot(E * a);
-    const double v = variance(E * a, E.transpose() * b, e, pairs.pixels_a[i], pairs.pixels_b[i]);
-    if (!(v > 0)) continue;
-    const double weight = 1 / (v * (1 + e * e / v / squared(scale)));
+    const RayPair pair = pairs.pair(i);
+    const Vector3d &b = pair.b, Ra = pose.R * pair.a;
+    const EpipolarError error = epipolar_error(E, pair);
+    if (!(error.variance > 0)) continue;
+    const double weight = 1 / (error.variance * (1 + error.squared() / squared(scale)));
     const Vector3d by_t = Ra.cross(b);
     Step J;
     J << Ra.cross(b.cross(pose.t)), by_t.dot(across), by_t.dot(along);
     result.H += weight * J * J.transpose();
-    result.g += weight * e * J;
+    result.g += weight * error.e * J;
   }
   return result;
 }
@@ -92,29 +86,39 @@ std::array<RelativePose, 4> poses_of(const Matrix3d& E) {
   return {{{one, t}, {one, -t}, {other, t}, {other, -t}}};
 }
 
+double EpipolarError::squared() const {
+  if (variance > 0) return e * e / variance;
+  return e == 0 ? 0 : std::numeric_limits<double>::infinity();
+}
+
+EpipolarError epipolar_error(const Matrix3d& E, const RayPair& pair) {
+  const Vector3d Ea = E * pair.a, Eb = E.transpose() * pair.b;
+  const double e = pair.b.dot(Ea);
+  return {e, std::max(Eb.squaredNorm() - e * e, 0.0) / squared(pair.pixels_a) +
+                 std::max(Ea.squaredNorm() - e * e, 0.0) / squared(pair.pixels_b)};
+}
+
 double squared_epipolar_error(const Matrix3d& E, const RayPairs& pairs, std::int64_t i) {
-  const Vector3d a = pairs.a.col(i), b = pairs.b.col(i);
-  const Vector3d Ea = E * a;
-  const double e = b.dot(Ea);
-  const double v = variance(Ea, E.transpose() * b, e, pairs.pixels_a[i], pairs.pixels_b[i]);
-  return v > 0 ? e * e / v : 0;
+  return epipolar_error(E, pairs.pair(i)).squared();
 }
 
 // l_b b = l_a R a + t: crossed with b and with R a it tells the signs of both distances.
+Side side_of(const RelativePose& pose, const RayPair& pair, double least_parallax) {
+  const Vector3d a = pose.R * pair.a;
+  const Vector3d normal = pair.b.cross(a);
+  const double pixels = std::min(pair.pixels_a, pair.pixels_b);
+  if (a.dot(pair.b) > 0 && normal.norm() * pixels < least_parallax) return Side::far;
+  const double l_a = pose.t.cross(pair.b).dot(normal), l_b = pose.t.cross(a).dot(normal);
+  return l_a > 0 && l_b > 0 ? Side::front : Side::behind;
+}
+
 Sides sides(const RelativePose& pose, const RayPairs& pairs, std::span<const std::int32_t> which,
             double least_parallax) {
   Sides result;
   for (const std::int32_t i : which) {
-    const Vector3d a = pose.R * pairs.a.col(i), b = pairs.b.col(i);
-    const Vector3d normal = b.cross(a);
-    const double pixels = std::min(pairs.pixels_a[i], pairs.pixels_b[i]);
-    if (a.dot(b) > 0 && normal.norm() * pixels < least_parallax) continue;
-    const double l_a = pose.t.cross(b).dot(normal), l_b = pose.t.cross(a).dot(normal);
-    if (l_a > 0 && l_b > 0) {
-      ++result.front;
-    } else {
-      ++result.behind;
-    }
+    const Side side = side_of(pose, pairs.pair(i), least_parallax);
+    result.front += side == Side::front ? 1 : 0;
+    result.behind += side == Side::behind ? 1 : 0;
   }
   return result;
 }

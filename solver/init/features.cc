@@ -5,6 +5,7 @@
 #include <raybundle/models/point_model.h>
 #include <raybundle/models/rotation.h>
 #include <raybundle/solver/init/epipolar.h>
+#include <raybundle/solver/init/simple_motion.h>
 
 #include <Eigen/Geometry>
 
@@ -20,46 +21,43 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using linalg::index;
 
-// Edges with a translation, by their images.
-class Translations {
+// Edges by their images.
+class Edges {
  public:
-  explicit Translations(const ViewGraph& graph)
-      : begin_(index(graph.images + 1), 0), graph_(graph) {
-    for (std::size_t k = 0; k < graph.edges.size(); ++k) {  // ascending by i, then j
-      if (graph.edges[k].pose.t.isZero(0)) continue;
-      edges_.push_back(static_cast<std::int64_t>(k));
-      ++begin_[index(graph.edges[k].i) + 1];
+  explicit Edges(const ViewGraph& graph) : begin_(index(graph.images + 1), 0), graph_(graph) {
+    essential_.reserve(graph.edges.size());
+    for (const ViewEdge& edge : graph.edges) {
+      ++begin_[index(edge.i) + 1];
+      essential_.push_back(essential_matrix(edge.alone));
     }
     for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
   }
 
   const ViewEdge* find(std::int32_t i, std::int32_t j) const {
-    const auto first = edges_.begin() + begin_[index(i)],
-               last = edges_.begin() + begin_[index(i) + 1];
-    const auto found = std::lower_bound(first, last, j, [&](std::int64_t k, std::int32_t wanted) {
-      return graph_.edges[index(k)].j < wanted;
-    });
-    if (found == last || graph_.edges[index(*found)].j != j) return nullptr;
-    return &graph_.edges[index(*found)];
+    const auto first = graph_.edges.begin() + begin_[index(i)],
+               last = graph_.edges.begin() + begin_[index(i) + 1];
+    const auto found = std::lower_bound(
+        first, last, j, [](const ViewEdge& edge, std::int32_t wanted) { return edge.j < wanted; });
+    return found == last || found->j != j ? nullptr : &*found;
+  }
+
+  const Matrix3d& essential(const ViewEdge& edge) const {
+    return essential_[static_cast<std::size_t>(&edge - graph_.edges.data())];
   }
 
  private:
-  std::vector<std::int64_t> begin_, edges_;
-  const ViewGraph& graph_;
+  std::vector<std::int64_t> begin_;
+  std::vector<Matrix3d> essential_;
+  const ViewGraph& graph_;  // ascending by i, then j
 };
 
 struct Observer {
   std::int64_t sighting;
-  Vector3d ray;  // in the world
-};
+  Vector3d ray;                           // in the world
+  std::int32_t compared = 0, agreed = 0;  // with others
 
-bool agrees(const Sightings& sightings, const ViewEdge& edge, std::int64_t a, std::int64_t b,
-            double threshold) {
-  const RayPairs pair = {sightings.ray(a), sightings.ray(b),
-                         Eigen::VectorXd::Constant(1, sightings.pixels(a)),
-                         Eigen::VectorXd::Constant(1, sightings.pixels(b))};
-  return squared_epipolar_error(essential_matrix(edge.pose), pair, 0) < threshold * threshold;
-}
+  double share() const { return compared > 0 ? static_cast<double>(agreed) / compared : 0; }
+};
 
 // A rotation by which -u, the direction from P_m to P_a, comes to w, and what else N needs; u, w
 // and w_a are directions in the world [Liu18, Eq. 11].
@@ -83,38 +81,76 @@ class Chooser {
   Chooser(const Sightings& sightings, const ViewGraph& graph, const std::vector<Matrix3d>& R_cw,
           std::span<const std::uint8_t> known, double threshold)
       : sightings_(sightings),
-        translations_(graph),
+        edges_(graph),
         R_cw_(R_cw),
         known_(known),
         threshold_(threshold) {}
 
-  std::optional<Feature> choose(std::int32_t point) const {
-    const std::vector<Observer> observers = compared_observers(point);
-    const ViewEdge* best = nullptr;
-    const Observer *main = nullptr, *associate = nullptr;
-    double most = -3;
-    for (std::size_t i = 0; i < observers.size(); ++i) {
-      for (std::size_t j = i + 1; j < observers.size(); ++j) {
-        const Observer &a = observers[i], &b = observers[j];
-        const double of_pair = anchor_quality(a.ray, b.ray);
-        if (of_pair <= most) continue;
-        const ViewEdge* edge =
-            translations_.find(sightings_.image(a.sighting), sightings_.image(b.sighting));
-        if (!edge || !agrees(sightings_, *edge, a.sighting, b.sighting, threshold_)) continue;
-        most = of_pair;
-        best = edge, main = &a, associate = &b;
-      }
+  // Marks the sightings that agree with no other.
+  std::optional<Feature> choose(std::int32_t point, std::vector<std::uint8_t>& disagreeing) const {
+    std::vector<Observer> observers = compared_observers(point);
+    const std::vector<Agreement> agreements = agreements_of(observers);
+    double most = 0;
+    for (const Observer& each : observers) most = std::max(most, each.share());
+    const auto stands_alone = [most](const Observer& each) {
+      return each.compared > 0 && each.share() <= 0.5 * most;
+    };
+    for (const Observer& each : observers) {
+      if (stands_alone(each)) disagreeing[index(each.sighting)] = 1;
+    }
+    const Agreement* best = nullptr;
+    for (const Agreement& each : agreements) {
+      if (stands_alone(observers[each.i]) || stands_alone(observers[each.j])) continue;
+      if (!best || each.quality > best->quality) best = &each;
     }
     if (!best) return {};
+    const ViewEdge& edge = *best->edge;
     // t = R_cw_a (P_m - P_a), with m = i and a = j.
-    const Vector3d u = R_cw_[index(best->j)].transpose() * best->pose.t;
-    Feature result = feature_of(point, u, main->ray, associate->ray);
-    result.main = best->i;
-    result.associate = best->j;
+    const Vector3d u = R_cw_[index(edge.j)].transpose() * edge.pose.t;
+    Feature result = feature_of(point, u, observers[best->i].ray, observers[best->j].ray);
+    result.main = edge.i;
+    result.associate = edge.j;
     return result;
   }
 
  private:
+  // Two observers whose rays meet in front of both, and the edge between them has a translation.
+  struct Agreement {
+    std::size_t i, j;
+    const ViewEdge* edge;
+    double quality;
+  };
+
+  std::vector<Agreement> agreements_of(std::vector<Observer>& observers) const {
+    std::vector<Agreement> result;
+    for (std::size_t i = 0; i < observers.size(); ++i) {
+      for (std::size_t j = i + 1; j < observers.size(); ++j) {
+        Observer &a = observers[i], &b = observers[j];
+        const ViewEdge* edge =
+            edges_.find(sightings_.image(a.sighting), sightings_.image(b.sighting));
+        if (!edge) continue;
+        ++a.compared, ++b.compared;
+        if (!agree(*edge, a.sighting, b.sighting)) continue;
+        ++a.agreed, ++b.agreed;
+        if (edge->pose.t.isZero(0)) continue;
+        result.push_back({i, j, edge, anchor_quality(a.ray, b.ray)});
+      }
+    }
+    return result;
+  }
+
+  // Where an edge has no translation hardly a point moves by more than the threshold.
+  bool agree(const ViewEdge& edge, std::int64_t a, std::int64_t b) const {
+    constexpr double least_parallax = 1, most_parallax = 2;  // pixels, thresholds
+    const RayPair pair = {sightings_.ray(a), sightings_.ray(b), sightings_.pixels(a),
+                          sightings_.pixels(b)};
+    if (edge.alone.t.isZero(0)) {
+      return std::sqrt(squared_error(edge.alone.R, pair)) < most_parallax * threshold_;
+    }
+    return epipolar_error(edges_.essential(edge), pair).squared() < threshold_ * threshold_ &&
+           side_of(edge.alone, pair, least_parallax) != Side::behind;
+  }
+
   std::vector<Observer> compared_observers(std::int32_t point) const {
     const Sightings::Range track = sightings_.of_point(point);
     std::vector<std::int64_t> all;
@@ -132,7 +168,7 @@ class Chooser {
   }
 
   const Sightings& sightings_;
-  Translations translations_;
+  Edges edges_;
   const std::vector<Matrix3d>& R_cw_;
   std::span<const std::uint8_t> known_;
   double threshold_;
@@ -145,19 +181,20 @@ Vector3d world_ray(const Sightings& sightings, const std::vector<Matrix3d>& R_cw
   return R_cw[index(sightings.image(sighting))].transpose() * sightings.ray(sighting);
 }
 
-std::vector<Feature> features(const Sightings& sightings, const ViewGraph& graph,
-                              const std::vector<Matrix3d>& R_cw,
-                              std::span<const std::uint8_t> known, double threshold,
-                              linalg::ThreadPool& pool) {
+Features features(const Sightings& sightings, const ViewGraph& graph,
+                  const std::vector<Matrix3d>& R_cw, std::span<const std::uint8_t> known,
+                  double threshold, linalg::ThreadPool& pool) {
   const Chooser chooser(sightings, graph, R_cw, known, threshold);
+  Features result;
+  result.disagreeing.assign(index(sightings.size()), 0);
   std::vector<std::optional<Feature>> found(index(sightings.points()));
   linalg::parallel_for(pool, sightings.points(), 64, [&](std::int64_t first, std::int64_t last) {
-    for (; first < last; ++first)
-      found[index(first)] = chooser.choose(static_cast<std::int32_t>(first));
+    for (; first < last; ++first) {
+      found[index(first)] = chooser.choose(static_cast<std::int32_t>(first), result.disagreeing);
+    }
   });
-  std::vector<Feature> result;
   for (const auto& feature : found) {
-    if (feature) result.push_back(*feature);
+    if (feature) result.all.push_back(*feature);
   }
   return result;
 }

@@ -94,4 +94,24 @@ std::vector<TreeEdge> maximum_spanning_tree(std::int64_t nodes, std::span<const 
   return tree;
 }
 
+// The heaviest edges that join two trees [Kruskal56].
+std::vector<std::int64_t> maximum_spanning_forest(std::int64_t nodes,
+                                                  std::span<const WeightedEdge> edges) {
+  std::vector<std::int64_t> order(edges.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::int64_t x, std::int64_t y) {
+    return edges[index(x)].weight > edges[index(y)].weight;
+  });
+  std::vector<std::int32_t> up(index(nodes));
+  std::iota(up.begin(), up.end(), 0);
+  std::vector<std::int64_t> forest;
+  for (const std::int64_t k : order) {
+    const std::int32_t i = first_of(up, edges[index(k)].i), j = first_of(up, edges[index(k)].j);
+    if (i == j) continue;
+    up[index(std::max(i, j))] = std::min(i, j);
+    forest.push_back(k);
+  }
+  return forest;
+}
+
 }  // namespace raybundle::init

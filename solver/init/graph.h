@@ -30,4 +30,9 @@ struct TreeEdge {
 std::vector<TreeEdge> maximum_spanning_tree(std::int64_t nodes, std::span<const WeightedEdge> edges,
                                             std::int32_t root);
 
+/// The edges of a spanning forest of greatest weight, one tree for each component: their places in
+/// the list, of equal weights the first.
+std::vector<std::int64_t> maximum_spanning_forest(std::int64_t nodes,
+                                                  std::span<const WeightedEdge> edges);
+
 }  // namespace raybundle::init

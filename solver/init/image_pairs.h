@@ -19,7 +19,9 @@ struct PairOptions {
   std::int64_t most_per_image = 40;
 };
 
-/// Ascending by i, then j.
+/// Ascending by i, then j. Beyond what images want there are the pairs of two spanning forests
+/// without a common edge, of most points in common: what all pairs connect stays connected, and
+/// where it can be by more than one of them.
 std::vector<ImagePair> image_pairs(const Sightings& sightings, const PairOptions& options,
                                    linalg::ThreadPool& pool);
 

@@ -1,7 +1,6 @@
 #include <raybundle/solver/init/incremental.h>
 
 #include <raybundle/linalg/block_layout.h>
-#include <raybundle/models/error.h>
 #include <raybundle/models/rotation.h>
 #include <raybundle/solver/init/view_graph.h>
 #include <raybundle/solver/phase_timer.h>
@@ -9,6 +8,8 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
+#include <utility>
 
 namespace raybundle::init {
 namespace {
@@ -17,6 +18,17 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using linalg::index;
 
+// What was not placed is as before.
+void restore(const std::vector<std::uint8_t>& placed, const std::vector<double>& before,
+             std::vector<double>& now) {
+  const std::size_t size = placed.empty() ? 0 : now.size() / placed.size();
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    if (placed[i] != 0) continue;
+    std::copy_n(before.begin() + static_cast<std::ptrdiff_t>(i * size), size,
+                now.begin() + static_cast<std::ptrdiff_t>(i * size));
+  }
+}
+
 class Reconstruction {
  public:
   Reconstruction(Problem& problem, const IncrementalOptions& options, const Progress& progress)
@@ -24,7 +36,10 @@ class Reconstruction {
         options_(options),
         progress_(progress),
         pool_(options.threads > 0 ? options.threads : linalg::available_threads()),
-        sightings_(problem, pool_) {
+        sightings_(problem, pool_),
+        cameras_before_(problem.cameras),
+        points_before_(problem.points) {
+    refuse_fixed(problem);
     report_.images.assign(index(sightings_.images()), 0);
     report_.points.assign(index(sightings_.points()), 0);
     report_.observations.assign(index(problem.observation_count()), 0);
@@ -34,46 +49,74 @@ class Reconstruction {
   IncrementalReport run() {
     {
       const PhaseTimer timer(report_.seconds);
-      place_seed();
-      adjust(options_.bundle_iterations);
-      while (add_batch()) adjust(options_.bundle_iterations);
-      triangulate_all();
-      adjust(50);
+      static_cast<void>(place_seed() && add_all());
     }
+    restore(report_.images, cameras_before_, problem_.cameras);
+    restore(report_.points, points_before_, problem_.points);
     report_.placed_images = std::count(report_.images.begin(), report_.images.end(), 1);
     report_.placed_points = std::count(report_.points.begin(), report_.points.end(), 1);
     return std::move(report_);
   }
 
  private:
-  // The pair with most inliers, less where there is little parallax.
-  void place_seed() {
+  // Each stage returns whether to go on, and if not has put into the report why.
+  bool end(Ending ending, std::string message) {
+    report_.conclusion = {ending, std::move(message)};
+    return false;
+  }
+  bool interrupted_at(const char* stage) {
+    return end(Ending::interrupted, std::string("interrupted at: ") + stage);
+  }
+  Control say(const char* stage, std::int64_t done, std::int64_t all) const {
+    return progress_ ? progress_(stage, done, all) : Control::proceed;
+  }
+
+  // The pair with most inliers, less where there is little parallax, that makes enough points.
+  bool place_seed() {
     ViewGraph graph;
     {
       const PhaseTimer timer(report_.pair_seconds);
       graph = view_graph(sightings_, image_pairs(sightings_, options_.pairs, pool_),
-                         options_.relative_pose, options_.seed, pool_,
-                         [&](std::int64_t done, std::int64_t all) { say("pairs", done, all); });
+                         options_.relative_pose, options_.seed, pool_, progress_);
     }
-    const ViewEdge* best = nullptr;
-    double most = 0;
-    for (const ViewEdge& edge : graph.edges) {
-      if (edge.kind != PairKind::general) continue;
-      const double worth =
-          static_cast<double>(edge.inliers) * std::min(1.0, edge.parallax / options_.seed_parallax);
-      if (worth > most) most = worth, best = &edge;
+    if (graph.stopped) return interrupted_at("pairs");
+    for (const ViewEdge* edge : seeds(graph)) {
+      set_pose(edge->i, {});
+      set_pose(edge->j, {edge->pose.R, edge->pose.t});
+      triangulate_all();
+      const auto points = std::count(report_.points.begin(), report_.points.end(), 1);
+      if (points >= options_.relative_pose.min_inliers) return true;
+      report_.images[index(edge->i)] = report_.images[index(edge->j)] = 0;
     }
-    if (!best) {
-      throw InputError("problem", 0, "no pair of images to begin with",
-                       "two with enough points in common and parallax between them");
-    }
-    set_pose(best->i, {});
-    set_pose(best->j, {best->pose.R, best->pose.t});
     triangulate_all();
+    return end(Ending::no_pose, "no pair of images to begin with; expected two with at least " +
+                                    std::to_string(options_.relative_pose.min_inliers) +
+                                    " points in common and parallax between them");
   }
 
-  void say(const char* stage, std::int64_t done, std::int64_t all) const {
-    if (progress_) progress_(stage, done, all);
+  // Best first.
+  std::vector<const ViewEdge*> seeds(const ViewGraph& graph) const {
+    std::vector<std::pair<double, const ViewEdge*>> by_worth;
+    for (const ViewEdge& edge : graph.edges) {
+      if (edge.pose.t.isZero(0)) continue;
+      const double parallax = std::min(1.0, edge.parallax / options_.seed_parallax);
+      by_worth.emplace_back(static_cast<double>(edge.inliers) * parallax, &edge);
+    }
+    std::stable_sort(by_worth.begin(), by_worth.end(),
+                     [](const auto& x, const auto& y) { return x.first > y.first; });
+    std::vector<const ViewEdge*> result;
+    result.reserve(by_worth.size());
+    for (const auto& each : by_worth) result.push_back(each.second);
+    return result;
+  }
+
+  bool add_all() {
+    constexpr int last_iterations = 50;
+    do {
+      if (!adjust(options_.bundle_iterations)) return false;
+    } while (add_batch());
+    triangulate_all();
+    return adjust(last_iterations);
   }
 
   void set_pose(std::int32_t image, const CameraPose& pose) {
@@ -193,23 +236,34 @@ class Reconstruction {
     }
   }
 
-  void adjust(int iterations) {
+  bool adjust(int iterations) {
     const PhaseTimer timer(report_.bundle_seconds);
     Restriction part = placed_part(problem_, report_);
+    if (part.point.empty()) {
+      return end(Ending::not_computable, "no point left that two images agree on");
+    }
+    const auto images = static_cast<std::int64_t>(part.image.size());
+    const Options options = {.lens = Lens::fixed,
+                             .loss = Loss::cauchy,
+                             .loss_scale = 0.5 * options_.triangulation.threshold,
+                             .max_iterations = iterations,
+                             .threads = pool_.threads()};
+    bool stopped = false;
+    const Summary summary = solve(part.problem, options, [&](const IterationRecord&) {
+      stopped = say("images", images, sightings_.images()) == Control::stop;
+      return stopped ? Control::stop : Control::proceed;
+    });
     ++report_.bundle_adjustments;
-    say("images", static_cast<std::int64_t>(part.image.size()), sightings_.images());
-    if (part.problem.observation_count() == 0) return;
-    static_cast<void>(solve(part.problem, {.lens = Lens::fixed,
-                                           .loss = Loss::cauchy,
-                                           .loss_scale = 0.5 * options_.triangulation.threshold,
-                                           .max_iterations = iterations,
-                                           .threads = pool_.threads()}));
+    report_.failed_adjustments += summary.usable() ? 0 : 1;
     part.write_back(problem_);
     for (const std::int32_t image : part.image) {
       const double* camera = problem_.cameras.data() + std::int64_t{Problem::camera_size} * image;
       poses_[index(image)] = {so3::exp(Vector3d(camera[0], camera[1], camera[2])),
                               Vector3d(camera[3], camera[4], camera[5])};
     }
+    if (stopped) return interrupted_at("images");
+    if (summary.usable()) return true;
+    return end(Ending::not_computable, "bundle adjustment: " + summary.message);
   }
 
   Problem& problem_;
@@ -217,6 +271,7 @@ class Reconstruction {
   const Progress& progress_;
   linalg::ThreadPool pool_;
   Sightings sightings_;
+  std::vector<double> cameras_before_, points_before_;
   std::vector<CameraPose> poses_;
   std::vector<std::int64_t> failed_with_;  // of an image: known points that were not enough
   IncrementalReport report_;

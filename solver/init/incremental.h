@@ -26,17 +26,19 @@ struct IncrementalOptions {
 };
 
 struct IncrementalReport {
+  Conclusion conclusion;
   std::vector<std::uint8_t> images, points, observations;  ///< 1: placed, used
   std::int64_t placed_images = 0, placed_points = 0;
-  int bundle_adjustments = 0;
+  int bundle_adjustments = 0, failed_adjustments = 0;
   std::int64_t resections = 0;
   double pair_seconds = 0, bundle_seconds = 0, seconds = 0;
 };
 
 /// The rival of global initialisation: a seed pair of many points and good parallax, then images
 /// one batch after the other by what they see of the points so far, new points, and a bundle
-/// adjustment after each batch [Snavely06], lenses fixed, with Cauchy's loss. What could not be
-/// placed stays as it was. Throws as initialize() does.
+/// adjustment after each batch [Snavely06], lenses fixed, with Cauchy's loss. A seed without enough
+/// points of parallax is given up for the next one. What could not be placed stays as it was.
+/// Throws as initialize() does, and concludes likewise.
 IncrementalReport reconstruct_incrementally(Problem& problem,
                                             const IncrementalOptions& options = {},
                                             const Progress& progress = {});

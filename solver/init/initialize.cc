@@ -1,8 +1,9 @@
 #include <raybundle/solver/init/initialize.h>
 
 #include <raybundle/linalg/block_layout.h>
-#include <raybundle/models/error.h>
+#include <raybundle/models/alignment.h>
 #include <raybundle/models/rotation.h>
+#include <raybundle/models/statistics.h>
 #include <raybundle/solver/init/edge_translations.h>
 #include <raybundle/solver/init/features.h>
 #include <raybundle/solver/init/sightings.h>
@@ -19,7 +20,15 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using linalg::index;
 
-// One call of initialize(): its stages, in order.
+std::vector<std::uint8_t> placed_images(const InitializeReport& report) {
+  std::vector<std::uint8_t> result;
+  result.reserve(report.images.size());
+  for (const Placement each : report.images) result.push_back(each == Placement::placed ? 1 : 0);
+  return result;
+}
+
+// One call of initialize(): its stages, in order. Each returns whether to go on, and if not has put
+// into the report why.
 class Initialization {
  public:
   Initialization(Problem& problem, const InitializeOptions& options, const Progress& progress)
@@ -31,102 +40,120 @@ class Initialization {
   InitializeReport run() {
     {
       const PhaseTimer timer(report_.seconds.total);
-      see();
-      find_relative_poses();
-      average();
-      measure_translations();
-      find_features();
-      place_images();
-      register_placed();
+      static_cast<void>(see() && find_relative_poses() && average() && measure_translations() &&
+                        find_features() && place_images() && register_placed());
     }
+    report_.edges_found = std::move(graph_.edges);
     return std::move(report_);
   }
 
  private:
-  void say(const char* stage, std::int64_t done = 0, std::int64_t all = 0) const {
-    if (progress_) progress_(stage, done, all);
+  bool end(Ending ending, std::string message) {
+    report_.conclusion = {ending, std::move(message)};
+    return false;
+  }
+  Control say(const char* stage, std::int64_t done = 0, std::int64_t all = 0) const {
+    return progress_ ? progress_(stage, done, all) : Control::proceed;
+  }
+  bool begin(const char* stage) {
+    return say(stage) == Control::proceed || interrupted_at(stage);
+  }
+  bool interrupted_at(const char* stage) {
+    return end(Ending::interrupted, std::string("interrupted at: ") + stage);
   }
 
-  void see() {
+  bool see() {
     const PhaseTimer timer(report_.seconds.sightings);
-    say("rays");
+    refuse_fixed(problem_);
     sightings_.emplace(problem_, pool_);
+    report_.images.assign(index(problem_.camera_count()), Placement::unlinked);
+    report_.points.assign(index(problem_.point_count()), 0);
     report_.observations.assign(index(problem_.observation_count()), 0);
     for (std::int64_t s = 0; s < sightings_->size(); ++s) {
       report_.observations[index(sightings_->observation(s))] = 1;
     }
-    report_.unused_observations = problem_.observation_count() - sightings_->size();
+    report_.repeated_observations = sightings_->repeated();
+    report_.impossible_observations = sightings_->impossible();
+    return begin("rays");
   }
 
-  void find_relative_poses() {
+  bool find_relative_poses() {
     const PhaseTimer timer(report_.seconds.pairs);
     const auto pairs = image_pairs(*sightings_, options_.pairs, pool_);
     report_.pairs = static_cast<std::int64_t>(pairs.size());
-    graph_ = view_graph(*sightings_, pairs, options_.relative_pose, options_.seed, pool_,
-                        [&](std::int64_t done, std::int64_t all) { say("pairs", done, all); });
+    graph_ =
+        view_graph(*sightings_, pairs, options_.relative_pose, options_.seed, pool_, progress_);
     report_.edges = static_cast<std::int64_t>(graph_.edges.size());
     for (const ViewEdge& edge : graph_.edges) {
       report_.rotation_edges += edge.kind == PairKind::rotation ? 1 : 0;
       report_.planar_edges += edge.kind == PairKind::planar ? 1 : 0;
     }
-    if (graph_.edges.empty()) {
-      throw InputError("problem", 0, "no two images with a relative pose",
-                       "at least " + std::to_string(options_.relative_pose.min_inliers) +
-                           " points in common that fit one");
-    }
+    if (graph_.stopped) return interrupted_at("pairs");
+    if (!graph_.edges.empty()) return true;
+    return end(Ending::no_pose, "no two images with a relative pose; expected at least " +
+                                    std::to_string(options_.relative_pose.min_inliers) +
+                                    " points in common that fit one");
   }
 
-  void average() {
+  bool average() {
     const PhaseTimer timer(report_.seconds.rotations);
-    say("rotations");
+    if (!begin("rotations")) return false;
     std::vector<RelativeRotation> edges;
     edges.reserve(graph_.edges.size());
     for (const ViewEdge& edge : graph_.edges) {
-      edges.push_back({edge.i, edge.j, edge.pose.R, static_cast<double>(edge.inliers)});
+      const auto weight = static_cast<double>(edge.inliers);
+      edges.push_back({edge.i, edge.j, edge.pose.R, weight, edge.other_R});
     }
-    report_.rotations = average_rotations(graph_.images, edges, options_.rotations, pool_);
-    for (const std::uint8_t pruned : report_.rotations.pruned) report_.pruned += pruned;
+    report_.rotations =
+        options_.rotation_source == RotationSource::problem
+            ? given_rotations(camera_rotations(problem_), edges, options_.rotations)
+            : average_rotations(graph_.images, edges, options_.rotations, pool_);
+    const std::vector<std::uint8_t>& pruned = report_.rotations.pruned;
+    report_.pruned = std::count(pruned.begin(), pruned.end(), 1);
+    classify_images();
+    if (report_.pruned < report_.edges) return true;
+    return end(Ending::disagreement, "every pair disagrees with the rotations; expected some within " +
+                                         std::to_string(options_.rotations.prune) + " degrees");
   }
 
-  void measure_translations() {
+  bool measure_translations() {
     const PhaseTimer timer(report_.seconds.translations);
-    say("translations");
+    if (!begin("translations")) return false;
     measured_ =
         with_rotations(*sightings_, graph_, report_.rotations, options_.relative_pose, pool_);
+    return true;
   }
 
-  void find_features() {
+  bool find_features() {
     const PhaseTimer timer(report_.seconds.features);
-    say("features");
+    if (!begin("features")) return false;
     features_ = features(*sightings_, measured_, report_.rotations.R_cw, report_.rotations.known,
                          options_.relative_pose.threshold, pool_);
-    report_.features = static_cast<std::int64_t>(features_.size());
+    report_.features = static_cast<std::int64_t>(features_.all.size());
+    return true;
   }
 
-  void place_images() {
+  bool place_images() {
     const PhaseTimer timer(report_.seconds.linear);
-    say("positions, linear");
+    if (!begin("positions, linear")) return false;
     const AveragedRotations& rotations = report_.rotations;
-    report_.linear = linear_positions(*sightings_, features_, rotations.R_cw, rotations.known,
+    report_.linear = linear_positions(*sightings_, features_.all, rotations.R_cw, rotations.known,
                                       rotations.root, options_.linear, pool_);
     classify_images();
     report_.placed_images =
         std::count(report_.images.begin(), report_.images.end(), Placement::placed);
+    if (report_.linear.rays > 0 && report_.linear.rounds == 0) {
+      return end(Ending::not_computable, "the linear system of positions has no solution");
+    }
     if (report_.placed_images < 2) {
-      throw InputError("problem", 0, "no two images with parallax between them",
-                       "points that two images see along different directions");
+      return end(Ending::no_parallax, "no two images with parallax between them; expected points "
+                                      "that two images see along different directions");
     }
-    const double scale = unit_scale();
-    for (std::int64_t i = 0; i < sightings_->images(); ++i) {
-      if (report_.images[index(i)] != Placement::placed) continue;
-      double* camera = problem_.cameras.data() + Problem::camera_size * i;
-      const Matrix3d& R = rotations.R_cw[index(i)];
-      Eigen::Map<Vector3d> rotation(camera), translation(camera + 3);
-      rotation = so3::log(R);
-      translation = -(R * report_.linear.P[index(i)]) * scale;
-    }
+    write_poses();
+    return true;
   }
 
+  // By the stages so far.
   void classify_images() {
     std::vector<WeightedEdge> links;
     std::vector<std::uint8_t> linked(index(graph_.images), 0);
@@ -135,12 +162,26 @@ class Initialization {
       linked[index(edge.i)] = linked[index(edge.j)] = 1;
     }
     const Components parts = components(graph_.images, links);
+    const std::vector<std::uint8_t>& positioned = report_.linear.known;
     for (std::int32_t i = 0; i < graph_.images; ++i) {
-      report_.images.push_back(linked[index(i)] == 0                    ? Placement::unlinked
-                               : !parts.in_largest(i)                   ? Placement::apart
-                               : report_.rotations.known[index(i)] == 0 ? Placement::disagreeing
-                               : report_.linear.known[index(i)] == 0    ? Placement::unmeasured
-                                                                        : Placement::placed);
+      const std::size_t at = index(i);
+      report_.images[at] = linked[at] == 0                              ? Placement::unlinked
+                           : !parts.in_largest(i)                       ? Placement::apart
+                           : report_.rotations.known[at] == 0           ? Placement::disagreeing
+                           : positioned.empty() || positioned[at] == 0 ? Placement::unmeasured
+                                                                        : Placement::placed;
+    }
+  }
+
+  void write_poses() {
+    const double scale = unit_scale();
+    for (std::int64_t i = 0; i < sightings_->images(); ++i) {
+      if (report_.images[index(i)] != Placement::placed) continue;
+      double* camera = problem_.cameras.data() + Problem::camera_size * i;
+      const Matrix3d& R = report_.rotations.R_cw[index(i)];
+      Eigen::Map<Vector3d> rotation(camera), translation(camera + 3);
+      rotation = so3::log(R);
+      translation = -(R * report_.linear.P[index(i)]) * scale;
     }
   }
 
@@ -154,28 +195,45 @@ class Initialization {
       distances.push_back(
           (report_.linear.P[index(edge.i)] - report_.linear.P[index(edge.j)]).norm());
     }
-    if (distances.empty()) return 1;
-    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-    std::nth_element(distances.begin(), middle, distances.end());
-    return *middle > 0 ? 1 / *middle : 1;
+    const double median = upper_median(std::move(distances));
+    return median > 0 ? 1 / median : 1;
   }
 
   // All points that a placed image saw; those of one sighting alone are put as far as most.
-  void register_placed() {
+  bool register_placed() {
     const PhaseTimer timer(report_.seconds.positions);
-    say("positions");
-    report_.points.assign(index(problem_.point_count()), 1);
-    Restriction part = placed_part(problem_, report_);
-    report_.points.assign(index(problem_.point_count()), 0);
+    std::fill(report_.points.begin(), report_.points.end(), 1);
+    Restriction part = part_in_agreement();
+    std::fill(report_.points.begin(), report_.points.end(), 0);
     for (const std::int32_t point : part.point) report_.points[index(point)] = 1;
     report_.placed_points = static_cast<std::int64_t>(part.point.size());
     PositionOptions options = options_.positions;
     options.threads = pool_.threads();
+    bool stopped = false;
     report_.positions = register_positions(part.problem, options, [&](const IterationRecord& each) {
-      say("positions", each.iteration, options.max_iterations);
-      return Control::proceed;
+      stopped = say("positions", each.iteration, options.max_iterations) == Control::stop;
+      return stopped ? Control::stop : Control::proceed;
     });
     part.write_back(problem_);
+    if (stopped) return interrupted_at("positions");
+    if (report_.positions.usable()) return true;
+    return end(Ending::not_computable, "positions: " + report_.positions.message);
+  }
+
+  // What is placed but for observations that disagree, where a point keeps two or more.
+  Restriction part_in_agreement() {
+    std::vector<std::uint8_t> used = report_.observations;
+    for (std::int64_t p = 0; p < sightings_->points(); ++p) {
+      const Sightings::Range track = sightings_->of_point(p);
+      const auto first = features_.disagreeing.begin();
+      const auto wrong = std::count(first + track.first, first + track.last, 1);
+      if (track.size() - wrong < 2) continue;
+      report_.disagreeing_observations += wrong;
+      for (std::int64_t s = track.first; s < track.last; ++s) {
+        if (features_.disagreeing[index(s)] != 0) used[index(sightings_->observation(s))] = 0;
+      }
+    }
+    return restricted(problem_, {placed_images(report_), report_.points, used});
   }
 
   Problem& problem_;
@@ -184,11 +242,21 @@ class Initialization {
   linalg::ThreadPool pool_;
   std::optional<Sightings> sightings_;
   ViewGraph graph_, measured_;
-  std::vector<Feature> features_;
+  Features features_;
   InitializeReport report_;
 };
 
 }  // namespace
+
+const char* name(RotationSource value) {
+  switch (value) {
+    case RotationSource::pairs:
+      return "pairs";
+    case RotationSource::problem:
+      return "problem";
+  }
+  return "?";
+}
 
 const char* name(Placement value) {
   switch (value) {
@@ -212,9 +280,7 @@ InitializeReport initialize(Problem& problem, const InitializeOptions& options,
 }
 
 Restriction placed_part(const Problem& problem, const InitializeReport& report) {
-  std::vector<std::uint8_t> images;
-  images.reserve(report.images.size());
-  for (const Placement each : report.images) images.push_back(each == Placement::placed ? 1 : 0);
+  const std::vector<std::uint8_t> images = placed_images(report);
   return restricted(problem, {images, report.points, report.observations});
 }
 

@@ -13,11 +13,13 @@
 
 namespace raybundle::init {
 
-/// A symmetric positive definite matrix of 3 x 3 blocks over the images of a graph; its sparsity
-/// never changes.
+/// A symmetric positive definite matrix of size x size blocks, 1 or 3, over the images of a graph;
+/// its sparsity never changes.
+template <int size>
 class PoseGraphSystem {
  public:
   using Couple = std::pair<std::int32_t, std::int32_t>;
+  using Block = Eigen::Matrix<double, size, size>;
 
   /// Blocks on the diagonal, and those of `couples` in any order, also more than once. Throws
   /// MemoryRefusal.
@@ -28,7 +30,7 @@ class PoseGraphSystem {
   void keep();
   void restore();
   /// Adds `block` at rows of a and columns of b, and its transpose across the diagonal.
-  void add(std::int32_t a, std::int32_t b, const Eigen::Matrix3d& block);
+  void add(std::int32_t a, std::int32_t b, const Block& block);
   /// Rows and columns of the image become those of the identity; after all is added.
   void hold(std::int32_t image);
 
@@ -44,5 +46,8 @@ class PoseGraphSystem {
   std::unique_ptr<linalg::Cholesky> cholesky_;
   std::vector<double> kept_;
 };
+
+extern template class PoseGraphSystem<1>;
+extern template class PoseGraphSystem<3>;
 
 }  // namespace raybundle::init

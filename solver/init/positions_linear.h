@@ -18,19 +18,18 @@ struct LinearPositionOptions {
 
 struct LinearPositions {
   std::vector<Eigen::Vector3d> P;   ///< of an image; 0 where it is not known
-  std::vector<std::uint8_t> known;  ///< 1: in the largest set that features tie together
-  std::int64_t rows = 0;            ///< sightings of features
-  std::int64_t rows_behind = 0;     ///< of these, behind their image at first
+  std::vector<std::uint8_t> known;  ///< 1: rays tell it (feature_rays.h), and it was solved for
+  std::int64_t rays = 0;
+  std::int64_t rays_behind = 0;  ///< of these, behind their image at first
+  int rounds = 0;                ///< carried out; fewer where the next could not be computed
   int admm_steps = 0;
+  bool converged = true;  ///< the method of multipliers, in every round
 };
 
-/// Positions of images of known rotation from rays to features [Liu18, Eq. 14]:
-///   minimise sum w |v_k x N_k|^2   such that v_k . N_k >= 0, sum v_k . N_k = rows, P_root = 0
-/// with v the observed ray in the world and N linear in positions; where nothing ties the root to
-/// the largest set of images, another one stands at 0. A convex quadratic programme: without the
-/// inequalities it takes one factorisation, and where points come out behind their images the
-/// method of multipliers adds them [Boyd11, 5.2]. Weights are 1, and in later rounds those of
-/// Cauchy's loss of the angles between v and N; rows of little weight then have no inequality.
+/// Positions of images of known rotation from rays to features [Liu18, Eq. 14], which ask for
+/// v . N >= 0 where the paper does for a positive depth. A convex quadratic programme
+/// (position_programme.h): weights are 1, and in later rounds those of Cauchy's loss of the angles
+/// between v and N. The image `root` stands at 0, or where rays do not tell it another one.
 LinearPositions linear_positions(const Sightings& sightings, std::span<const Feature> features,
                                  const std::vector<Eigen::Matrix3d>& R_cw,
                                  std::span<const std::uint8_t> known, std::int32_t root,

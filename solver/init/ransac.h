@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace raybundle::init {
 
@@ -22,6 +23,29 @@ struct Fit {
   double cost = 0;
   std::int64_t inliers = 0;
 };
+
+/// The fit of `size` measurements with squared errors error(i).
+template <class Error>
+Fit fit_of(std::int64_t size, double threshold, Error&& error) {
+  Fit result;
+  const double most = threshold * threshold;
+  for (std::int64_t i = 0; i < size; ++i) {
+    const double squared = error(i);
+    result.cost += squared < most ? squared : most;  // also of one that is no number
+    result.inliers += squared < most ? 1 : 0;
+  }
+  return result;
+}
+
+/// Those that are below the threshold, ascending.
+template <class Error>
+std::vector<std::int32_t> inliers_of(std::int64_t size, double threshold, Error&& error) {
+  std::vector<std::int32_t> result;
+  for (std::int32_t i = 0; i < size; ++i) {
+    if (error(i) < threshold * threshold) result.push_back(i);
+  }
+  return result;
+}
 
 template <class Model>
 struct Consensus {

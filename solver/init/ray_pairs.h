@@ -6,13 +6,20 @@
 
 namespace raybundle::init {
 
-/// What two images saw of the same points: unit rays in the frames of their cameras, in columns,
-/// and how many pixels a radian is there.
+/// What two images saw of a point: unit rays in the frames of their cameras, and how many pixels a
+/// radian is there.
+struct RayPair {
+  Eigen::Vector3d a, b;
+  double pixels_a, pixels_b;
+};
+
+/// The same of many points, in columns.
 struct RayPairs {
   Eigen::Matrix3Xd a, b;
   Eigen::VectorXd pixels_a, pixels_b;
 
   std::int64_t size() const { return a.cols(); }
+  RayPair pair(std::int64_t i) const { return {a.col(i), b.col(i), pixels_a[i], pixels_b[i]}; }
 };
 
 /// X_b = R X_a + t, with |t| = 1, or 0 where nothing tells it.

@@ -1,5 +1,6 @@
 #include <raybundle/solver/init/relative_pose.h>
 
+#include <raybundle/models/statistics.h>
 #include <raybundle/solver/init/epipolar.h>
 #include <raybundle/solver/init/five_point.h>
 #include <raybundle/solver/init/simple_motion.h>
@@ -8,7 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
 namespace raybundle::init {
 namespace {
@@ -37,14 +38,8 @@ class EssentialEstimator {
   }
 
   Fit fit(const Matrix3d& E) const {
-    Fit result;
-    const double most = threshold_ * threshold_;
-    for (std::int64_t i = 0; i < size(); ++i) {
-      const double error = squared_epipolar_error(E, pairs_, i);
-      result.cost += std::min(error, most);
-      result.inliers += error < most ? 1 : 0;
-    }
-    return result;
+    return fit_of(size(), threshold_,
+                  [&](std::int64_t i) { return squared_epipolar_error(E, pairs_, i); });
   }
 
   std::optional<Matrix3d> improved(const Matrix3d& E) const {
@@ -56,13 +51,8 @@ class EssentialEstimator {
   }
 
   std::vector<std::int32_t> inliers(const Matrix3d& E) const {
-    std::vector<std::int32_t> result;
-    for (std::int64_t i = 0; i < size(); ++i) {
-      if (squared_epipolar_error(E, pairs_, i) < threshold_ * threshold_) {
-        result.push_back(static_cast<std::int32_t>(i));
-      }
-    }
-    return result;
+    return inliers_of(size(), threshold_,
+                      [&](std::int64_t i) { return squared_epipolar_error(E, pairs_, i); });
   }
 
  private:
@@ -74,7 +64,7 @@ bool is_share(std::int64_t part, std::size_t whole, double share) {
   return static_cast<double>(part) >= share * static_cast<double>(whole);
 }
 
-// Both poses that a plane allows, the better one first: by points in front, then by their fit.
+// The poses that a plane allows, the better one first: by the cost for each point in front.
 struct PlanePose {
   RelativePose pose;
   std::int64_t front = 0;
@@ -101,11 +91,11 @@ std::vector<PlanePose> plane_poses(const Matrix3d& H, const RayPairs& pairs, con
   return result;
 }
 
-// Whether another pose than the best does about as well.
-bool is_ambiguous(const std::vector<PlanePose>& poses) {
+// Another pose than the best that does about as well; the end where there is none.
+std::vector<PlanePose>::const_iterator rival_of_best(const std::vector<PlanePose>& poses) {
   constexpr double as_good = 0.8, as_many = 0.95, apart = 0.05;  // radians
   const PlanePose& best = poses.front();
-  return std::any_of(poses.begin() + 1, poses.end(), [&](const PlanePose& other) {
+  return std::find_if(poses.begin() + 1, poses.end(), [&](const PlanePose& other) {
     const double turn = Eigen::AngleAxisd(best.pose.R.transpose() * other.pose.R).angle();
     const double swing = (best.pose.t - other.pose.t).norm();
     return turn + swing > apart && best.fit.cost > as_good * other.fit.cost &&
@@ -119,9 +109,7 @@ double median_parallax(const TwoView& view, const RayPairs& pairs) {
     const Eigen::Vector3d a = view.pose.R * pairs.a.col(i), b = pairs.b.col(i);
     angles.push_back(std::atan2(a.cross(b).norm(), a.dot(b)));
   }
-  const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
-  std::nth_element(angles.begin(), middle, angles.end());
-  return *middle;
+  return upper_median(std::move(angles));
 }
 
 void recognise_degeneracy(TwoView& view, const RayPairs& pairs, const RelativePoseOptions& options,
@@ -142,10 +130,25 @@ void recognise_degeneracy(TwoView& view, const RayPairs& pairs, const RelativePo
   view.kind = PairKind::planar;
   const std::vector<PlanePose> poses = plane_poses(H, pairs, view, estimator, options.threshold);
   view.pose = poses.front().pose;
-  if (is_ambiguous(poses)) view.pose.t.setZero();
+  const auto rival = rival_of_best(poses);
+  if (rival == poses.end()) return;
+  view.pose.t.setZero();
+  view.other_R = rival->pose.R;
 }
 
 }  // namespace
+
+const char* name(PairKind value) {
+  switch (value) {
+    case PairKind::general:
+      return "general";
+    case PairKind::planar:
+      return "planar";
+    case PairKind::rotation:
+      return "rotation";
+  }
+  return "?";
+}
 
 std::optional<TwoView> relative_pose(const RayPairs& pairs, const RelativePoseOptions& options,
                                      Random& random) {

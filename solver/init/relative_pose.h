@@ -20,14 +20,16 @@ struct RelativePoseOptions {
 
 /// What a pair of images tells about its relative pose:
 ///   general   rotation and direction of translation
-///   planar    the same, from points of a plane, of which two poses may be right; t = 0 where the
-///             points are as well in front of both cameras for either
+///   planar    the same, from points of a plane; where either of the two poses that a plane allows
+///             may be right, t = 0 and there is another R
 ///   rotation  the rotation alone: hardly a point has moved by parallax; t = 0
 enum class PairKind { general, planar, rotation };
+const char* name(PairKind value);
 
 struct TwoView {
   RelativePose pose;
   PairKind kind = PairKind::general;
+  std::optional<Eigen::Matrix3d> other_R;  ///< that may be the right one as well
   std::vector<std::int32_t> inliers;  ///< pairs, ascending
   double parallax = 0;                ///< median angle between the rays of inliers, radians
   int iterations = 0;                 ///< of RANSAC

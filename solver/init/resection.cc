@@ -84,14 +84,8 @@ class PoseEstimator {
   }
 
   Fit fit(const CameraPose& pose) const {
-    Fit result;
-    const double most = threshold_ * threshold_;
-    for (std::int64_t i = 0; i < size(); ++i) {
-      const double error = squared_error(pose, seen_, i);
-      result.cost += std::min(error, most);
-      result.inliers += error < most ? 1 : 0;
-    }
-    return result;
+    return fit_of(size(), threshold_,
+                  [&](std::int64_t i) { return squared_error(pose, seen_, i); });
   }
 
   std::optional<CameraPose> improved(const CameraPose& pose) const {
@@ -99,11 +93,8 @@ class PoseEstimator {
   }
 
   std::vector<std::int32_t> inliers(const CameraPose& pose) const {
-    std::vector<std::int32_t> result;
-    for (std::int32_t i = 0; i < size(); ++i) {
-      if (squared_error(pose, seen_, i) < threshold_ * threshold_) result.push_back(i);
-    }
-    return result;
+    return inliers_of(size(), threshold_,
+                      [&](std::int64_t i) { return squared_error(pose, seen_, i); });
   }
 
  private:

@@ -1,16 +1,11 @@
 #include <raybundle/solver/init/rotation_averaging.h>
 
 #include <raybundle/linalg/block_layout.h>
-#include <raybundle/models/rotation.h>
-#include <raybundle/solver/init/pose_graph_system.h>
-
-#include <Eigen/LU>
-#include <Eigen/SVD>
+#include <raybundle/solver/init/connected_rotations.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <numeric>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -19,162 +14,19 @@ namespace raybundle::init {
 namespace {
 
 using Eigen::Matrix3d;
-using Eigen::Vector3d;
 using linalg::index;
-using Rotations = std::vector<Matrix3d>;
+using Edges = std::vector<RelativeRotation>;
 
-constexpr double widest_scale = 1;  // radian
-
-std::vector<WeightedEdge> weighted(std::span<const RelativeRotation> edges) {
-  std::vector<WeightedEdge> result;
-  result.reserve(edges.size());
-  for (const RelativeRotation& edge : edges) result.push_back({edge.i, edge.j, edge.weight});
-  return result;
+double prune_angle(const RotationOptions& options) {
+  return options.prune * std::numbers::pi / 180;
 }
-
-// R_j^T R_ji R_i as a rotation vector, in the frame of the world.
-Vector3d disagreement(const RelativeRotation& edge, const Rotations& R) {
-  return so3::log(Matrix3d(R[index(edge.j)].transpose() * edge.R_ji * R[index(edge.i)]));
-}
-
-std::vector<double> angles_of(std::span<const RelativeRotation> edges, const Rotations& R) {
-  std::vector<double> result;
-  result.reserve(edges.size());
-  for (const RelativeRotation& edge : edges) result.push_back(disagreement(edge, R).norm());
-  return result;
-}
-
-AngleStatistics statistics_of(std::vector<double> angles) {
-  if (angles.empty()) return {};
-  std::sort(angles.begin(), angles.end());
-  const std::size_t n = angles.size();
-  return {std::accumulate(angles.begin(), angles.end(), 0.0) / static_cast<double>(n),
-          angles[n / 2], angles[std::min(n - 1, 9 * n / 10)], angles.back()};
-}
-
-Matrix3d nearest_rotation(const Matrix3d& M) {
-  const Eigen::JacobiSVD<Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  return svd.matrixU() * Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-}
-
-// A connected graph, with nodes 0 .. nodes - 1.
-class ConnectedRotations {
- public:
-  ConnectedRotations(std::int64_t nodes, std::vector<RelativeRotation> edges, std::int32_t root,
-                     linalg::ThreadPool& pool)
-      : nodes_(nodes), edges_(std::move(edges)), root_(root), system_(nodes, couples(), pool) {}
-
-  Rotations along_tree() const {
-    Rotations R(index(nodes_), Matrix3d::Identity());
-    const auto weights = weighted(edges_);
-    for (const TreeEdge& step : maximum_spanning_tree(nodes_, weights, root_)) {
-      const RelativeRotation& edge = edges_[index(step.edge)];
-      const Matrix3d R_cp = edge.i == step.parent ? edge.R_ji : Matrix3d(edge.R_ji.transpose());
-      R[index(step.child)] = R_cp * R[index(step.parent)];
-    }
-    return R;
-  }
-
-  // Minimises the weighted sum of |R_j - R_ji R_i|^2 over matrices, then takes the nearest
-  // rotations [Carlone15, III-B].
-  Rotations chordal() {
-    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(3 * nodes_, 3);
-    system_.set_zero();
-    for (const RelativeRotation& edge : edges_) {
-      const Matrix3d W = edge.weight * Matrix3d::Identity();
-      system_.add(edge.i, edge.i, W);
-      system_.add(edge.j, edge.j, W);
-      system_.add(edge.i, edge.j, -edge.weight * edge.R_ji.transpose());
-      if (edge.i == root_) X.middleRows<3>(3 * edge.j) += edge.weight * edge.R_ji;
-      if (edge.j == root_) X.middleRows<3>(3 * edge.i) += edge.weight * edge.R_ji.transpose();
-    }
-    X.middleRows<3>(3 * root_).setIdentity();
-    system_.hold(root_);
-    if (!system_.factor()) return along_tree();
-    system_.solve(X);
-    Rotations R;
-    R.reserve(index(nodes_));
-    for (std::int64_t i = 0; i < nodes_; ++i) {
-      R.push_back(nearest_rotation(X.middleRows<3>(3 * i)));
-    }
-    return R;
-  }
-
-  // Returns the iterations. Disagreements count as squares below a scale, which begins so wide that
-  // all do, and narrows to their median: from a start that agrees with a few wrong edges at the
-  // price of many right ones, a narrow one would never get away.
-  int refine(Rotations& R, int most_iterations, double widest) {
-    constexpr double smallest_scale = 1e-7, smallest_step = 1e-5, narrowing = 0.7;
-    double scale = widest;
-    int iteration = 0;
-    while (iteration < most_iterations) {
-      ++iteration;
-      const double median = std::max(smallest_scale, statistics_of(angles_of(edges_, R)).median);
-      const bool narrow = scale <= median;
-      if (step(R, std::max(scale, median)) < smallest_step && narrow) break;
-      scale *= narrowing;
-    }
-    return iteration;
-  }
-
-  // What is to be small: large disagreements count little.
-  double robust_sum(const Rotations& R) const {
-    double sum = 0;
-    for (const double angle : angles_of(edges_, R)) sum += std::sqrt(angle);
-    return sum;
-  }
-
-  std::vector<double> angles(const Rotations& R) const { return angles_of(edges_, R); }
-
- private:
-  std::vector<PoseGraphSystem::Couple> couples() const {
-    std::vector<PoseGraphSystem::Couple> result;
-    result.reserve(edges_.size());
-    for (const RelativeRotation& edge : edges_) result.emplace_back(edge.i, edge.j);
-    return result;
-  }
-
-  // R_i <- R_i Exp(w_i), where log(R_j^T R_ji R_i) becomes its sum with w_i - w_j to first order;
-  // returns the largest turn.
-  double step(Rotations& R, double floor) {
-    Eigen::MatrixXd w = Eigen::MatrixXd::Zero(3 * nodes_, 1);
-    system_.set_zero();
-    for (const RelativeRotation& edge : edges_) {
-      const Vector3d r = disagreement(edge, R);
-      const double weight = std::pow(1 + r.squaredNorm() / (floor * floor), -0.75);
-      const Matrix3d W = weight * Matrix3d::Identity();
-      system_.add(edge.i, edge.i, W);
-      system_.add(edge.j, edge.j, W);
-      system_.add(edge.i, edge.j, -W);
-      w.middleRows<3>(3 * edge.i) -= weight * r;
-      w.middleRows<3>(3 * edge.j) += weight * r;
-    }
-    w.middleRows<3>(3 * root_).setZero();
-    system_.hold(root_);
-    if (!system_.factor()) return 0;
-    system_.solve(w);
-    double largest = 0;
-    for (std::int64_t i = 0; i < nodes_; ++i) {
-      const Vector3d turn = w.middleRows<3>(3 * i);
-      R[index(i)] = nearest_rotation(R[index(i)] * so3::exp(turn));
-      largest = std::max(largest, turn.norm());
-    }
-    return largest;
-  }
-
-  std::int64_t nodes_;
-  std::vector<RelativeRotation> edges_;
-  std::int32_t root_;
-  PoseGraphSystem system_;
-};
 
 // The largest component of those edges that are not pruned, with numbers of its own.
 struct Core {
   std::vector<std::int32_t> image;  // of a node
   std::vector<std::int32_t> node;   // of an image; -1: not in it
   std::vector<std::int64_t> edge;   // kept: their places in the whole list
-  std::vector<RelativeRotation> edges;
+  Edges edges;
 
   Core(std::int64_t images, std::span<const RelativeRotation> all,
        const std::vector<std::uint8_t>& pruned)
@@ -198,6 +50,11 @@ struct Core {
 
   std::int64_t nodes() const { return static_cast<std::int64_t>(image.size()); }
 
+  bool is_within(const Core& other) const {
+    return std::all_of(image.begin(), image.end(),
+                       [&](std::int32_t i) { return other.node[index(i)] >= 0; });
+  }
+
   // The node whose edges weigh most.
   std::int32_t heaviest() const {
     std::vector<double> weight(image.size(), 0);
@@ -220,22 +77,32 @@ void check(std::int64_t images, std::span<const RelativeRotation> edges) {
   }
 }
 
+AveragedRotations nothing_known(std::int64_t images, std::size_t edges) {
+  AveragedRotations result;
+  result.R_cw.assign(index(images), Matrix3d::Identity());
+  result.known.assign(index(images), 0);
+  result.angle.assign(edges, std::numeric_limits<double>::quiet_NaN());
+  result.pruned.assign(edges, 0);
+  return result;
+}
+
 // Of every image of the core, from both starts; marks the edges that disagree.
 Rotations average_all(const Core& core, const RotationOptions& options, linalg::ThreadPool& pool,
                       AveragedRotations& result) {
   const std::int32_t root = core.heaviest();
   result.root = core.image[index(root)];
   ConnectedRotations graph(core.nodes(), core.edges, root, pool);
+  constexpr double widest_scale = 1;  // radian
   Rotations R = graph.chordal(), tree = graph.along_tree();
   result.chordal = statistics_of(graph.angles(R));
   result.tree = statistics_of(graph.angles(tree));
-  result.iterations = graph.refine(R, options.most_iterations, widest_scale) +
-                      graph.refine(tree, options.most_iterations, widest_scale);
+  result.iterations += graph.refine(R, options.most_iterations, widest_scale) +
+                       graph.refine(tree, options.most_iterations, widest_scale);
   if (graph.robust_sum(tree) < graph.robust_sum(R)) R.swap(tree);
   const std::vector<double> angles = graph.angles(R);
   result.before = statistics_of(angles);
   for (std::size_t k = 0; k < angles.size(); ++k) {
-    result.pruned[index(core.edge[k])] = angles[k] > options.prune ? 1 : 0;
+    result.pruned[index(core.edge[k])] = angles[k] > prune_angle(options) ? 1 : 0;
   }
   return R;
 }
@@ -256,29 +123,94 @@ void average_rest(const Core& core, Rotations R, const RotationOptions& options,
   }
 }
 
+// The angles of edges between images of known rotation.
+void measure_edges(std::span<const RelativeRotation> edges, AveragedRotations& result) {
+  for (std::size_t k = 0; k < edges.size(); ++k) {
+    if (result.known[index(edges[k].i)] == 0 || result.known[index(edges[k].j)] == 0) continue;
+    result.angle[k] = angle_of(edges[k], result.R_cw);
+  }
+}
+
+// Of what is left of a component another one may be the largest: that is then averaged too.
+AveragedRotations averaged(std::int64_t images, std::span<const RelativeRotation> edges,
+                           const RotationOptions& options, linalg::ThreadPool& pool) {
+  AveragedRotations result = nothing_known(images, edges.size());
+  if (images == 0) return result;
+  Core core(images, edges, result.pruned);
+  Rotations R = average_all(core, options, pool, result);
+  while (true) {
+    Core left(images, edges, result.pruned);
+    if (left.is_within(core)) {
+      Rotations kept;
+      kept.reserve(left.image.size());
+      for (const std::int32_t i : left.image) kept.push_back(R[index(core.node[index(i)])]);
+      average_rest(left, std::move(kept), options, pool, result);
+      break;
+    }
+    core = std::move(left);
+    R = average_all(core, options, pool, result);
+  }
+  measure_edges(edges, result);
+  return result;
+}
+
+// Of the two rotations that an edge may have the one nearer to these; whether any is another now.
+bool take_nearer(Edges& edges, const Rotations& R, const std::vector<std::uint8_t>& known) {
+  bool changed = false;
+  for (RelativeRotation& edge : edges) {
+    if (!edge.other || known[index(edge.i)] == 0 || known[index(edge.j)] == 0) continue;
+    RelativeRotation swapped = edge;
+    std::swap(swapped.R_ji, *swapped.other);
+    if (!(angle_of(swapped, R) < angle_of(edge, R))) continue;
+    edge = swapped;
+    changed = true;
+  }
+  return changed;
+}
+
 }  // namespace
 
 AveragedRotations average_rotations(std::int64_t images, std::span<const RelativeRotation> edges,
                                     const RotationOptions& options, linalg::ThreadPool& pool) {
+  constexpr double doubt = 0.1;  // of an edge that may have another rotation: the starts avoid it
+  constexpr int most_choices = 5;
   check(images, edges);
-  AveragedRotations result;
-  result.R_cw.assign(index(images), Matrix3d::Identity());
-  result.known.assign(index(images), 0);
-  result.angle.assign(edges.size(), std::numeric_limits<double>::quiet_NaN());
-  result.pruned.assign(edges.size(), 0);
+  Edges chosen(edges.begin(), edges.end());
+  for (RelativeRotation& edge : chosen) edge.weight *= edge.other ? doubt : 1;
+  AveragedRotations result = averaged(images, chosen, options, pool);
+  for (int k = 0; k < most_choices && take_nearer(chosen, result.R_cw, result.known); ++k) {
+    const int before = result.iterations;
+    result = averaged(images, chosen, options, pool);
+    result.iterations += before;
+  }
+  return result;
+}
+
+AveragedRotations given_rotations(const Rotations& R_cw, std::span<const RelativeRotation> edges,
+                                  const RotationOptions& options) {
+  const auto images = static_cast<std::int64_t>(R_cw.size());
+  check(images, edges);
+  AveragedRotations result = nothing_known(images, edges.size());
   if (images == 0) return result;
 
-  const Core all(images, edges, result.pruned);
-  const Rotations R = average_all(all, options, pool, result);
-  const Core left(images, edges, result.pruned);
-  Rotations kept;
-  kept.reserve(left.image.size());
-  for (const std::int32_t image : left.image) kept.push_back(R[index(all.node[index(image)])]);
-  average_rest(left, std::move(kept), options, pool, result);
-  for (std::size_t k = 0; k < edges.size(); ++k) {
-    if (result.known[index(edges[k].i)] == 0 || result.known[index(edges[k].j)] == 0) continue;
-    result.angle[k] = disagreement(edges[k], result.R_cw).norm();
+  Edges chosen(edges.begin(), edges.end());
+  take_nearer(chosen, R_cw, std::vector<std::uint8_t>(R_cw.size(), 1));
+  const std::vector<double> angles = angles_of(chosen, R_cw);
+  result.before = statistics_of(angles);
+  for (std::size_t k = 0; k < angles.size(); ++k) {
+    result.pruned[k] = angles[k] > prune_angle(options) ? 1 : 0;
   }
+  const Core left(images, chosen, result.pruned);
+  result.root = left.image[index(left.heaviest())];
+  for (const std::int32_t image : left.image) {
+    result.R_cw[index(image)] = R_cw[index(image)];
+    result.known[index(image)] = 1;
+  }
+  measure_edges(chosen, result);
+  std::vector<double> kept;
+  kept.reserve(left.edge.size());
+  for (const std::int64_t edge : left.edge) kept.push_back(result.angle[index(edge)]);
+  result.after = statistics_of(std::move(kept));
   return result;
 }
 

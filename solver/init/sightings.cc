@@ -32,6 +32,10 @@ const double* lens_of(const Problem& problem, std::int64_t observation) {
   return problem.cameras.data() + Problem::camera_size * camera + 6;
 }
 
+std::int64_t size_of(const std::vector<std::int32_t>& list) {
+  return static_cast<std::int64_t>(list.size());
+}
+
 std::optional<std::array<double, 2>> undistorted_pixel(const Problem& problem,
                                                        std::int64_t observation) {
   const double* u = problem.observations.data() + 2 * observation;
@@ -46,30 +50,32 @@ Sightings::Sightings(const Problem& problem, linalg::ThreadPool& pool) {
   if (problem.observation_count() > linalg::most_numbered) {
     throw std::length_error("more than 2^31 observations");
   }
-  std::vector<std::uint8_t> reached(index(problem.observation_count()));
+  std::vector<Pixel> undistorted(index(problem.observation_count()));
   linalg::for_entries(problem.observation_count(), pool, [&](std::size_t k) {
-    reached[k] = undistorted_pixel(problem, static_cast<std::int64_t>(k)) ? 1 : 0;
+    undistorted[k] = undistorted_pixel(problem, static_cast<std::int64_t>(k));
   });
-  sort(problem, reached);
+  for (std::int32_t k = 0; k < problem.observation_count(); ++k) {
+    if (undistorted[index(k)]) observation_.push_back(k);
+  }
+  impossible_ = problem.observation_count() - size_of(observation_);
+  sort(problem);
   list_by_image();
-  take_rays(problem, pool);
+  take_rays(problem, undistorted, pool);
 }
 
-void Sightings::take_rays(const Problem& problem, linalg::ThreadPool& pool) {
+void Sightings::take_rays(const Problem& problem, std::span<const Pixel> undistorted,
+                          linalg::ThreadPool& pool) {
   rays_.resize(3, size());
   pixels_.resize(size());
   linalg::for_entries(size(), pool, [&](std::size_t i) {
     const auto s = static_cast<std::int64_t>(i);
-    const auto p = *undistorted_pixel(problem, observation(s));
+    const auto& p = *undistorted[index(observation(s))];
     rays_.col(s) = Eigen::Vector3d(p[0], p[1], -1).normalized();
     pixels_[s] = pixels_per_radian(lens_of(problem, observation(s)), rays_.col(s));
   });
 }
 
-void Sightings::sort(const Problem& problem, const std::vector<std::uint8_t>& reached) {
-  for (std::int32_t k = 0; k < problem.observation_count(); ++k) {
-    if (reached[index(k)] != 0) observation_.push_back(k);
-  }
+void Sightings::sort(const Problem& problem) {
   const auto key = [&](std::int32_t k) {
     return std::pair(problem.observation_point[index(k)], problem.observation_camera[index(k)]);
   };
@@ -78,6 +84,7 @@ void Sightings::sort(const Problem& problem, const std::vector<std::uint8_t>& re
   observation_.erase(std::unique(observation_.begin(), observation_.end(),
                                  [&](std::int32_t x, std::int32_t y) { return key(x) == key(y); }),
                      observation_.end());
+  repeated_ = problem.observation_count() - impossible_ - size_of(observation_);
   point_begin_.assign(index(problem.point_count() + 1), 0);
   image_begin_.assign(index(problem.camera_count() + 1), 0);
   for (const std::int32_t k : observation_) {

@@ -6,7 +6,9 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,13 +18,18 @@ namespace raybundle::init {
 /// sighting for each observation, sorted by point, then image, of equal ones the first.
 class Sightings {
  public:
-  /// Observations that their lens cannot have made are left out. Throws InputError when the problem
+  /// Throws InputError when the problem
   /// is inconsistent.
   Sightings(const Problem& problem, linalg::ThreadPool& pool);
 
   std::int64_t images() const { return static_cast<std::int64_t>(image_begin_.size()) - 1; }
   std::int64_t points() const { return static_cast<std::int64_t>(point_begin_.size()) - 1; }
   std::int64_t size() const { return static_cast<std::int64_t>(image_.size()); }
+
+  /// Observations left out: those that their lens cannot have made, and those of a point that the
+  /// image has already.
+  std::int64_t impossible() const { return impossible_; }
+  std::int64_t repeated() const { return repeated_; }
 
   /// Of a sighting.
   std::int32_t image(std::int64_t s) const { return image_[static_cast<std::size_t>(s)]; }
@@ -52,10 +59,14 @@ class Sightings {
   RayPairs pairs(std::int32_t i, std::int32_t j) const;
 
  private:
-  void take_rays(const Problem& problem, linalg::ThreadPool& pool);
-  void sort(const Problem& problem, const std::vector<std::uint8_t>& reached);
+  using Pixel = std::optional<std::array<double, 2>>;
+
+  void sort(const Problem& problem);
+  void take_rays(const Problem& problem, std::span<const Pixel> undistorted,
+                 linalg::ThreadPool& pool);
   void list_by_image();
 
+  std::int64_t impossible_ = 0, repeated_ = 0;
   std::vector<std::int32_t> observation_;  // of a sighting
   std::vector<std::int32_t> image_, point_;
   std::vector<std::int64_t> point_begin_, image_begin_;

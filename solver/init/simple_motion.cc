@@ -1,8 +1,9 @@
 #include <raybundle/solver/init/simple_motion.h>
 
+#include <raybundle/models/rotation.h>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 
 #include <cmath>
 
@@ -14,23 +15,29 @@ using Eigen::Vector3d;
 
 constexpr int rounds = 10;
 
-// Squared distance of b from H a, in the pixels of both.
-double squared_error(const Matrix3d& H, const RayPairs& pairs, std::int64_t i) {
-  const Vector3d moved = (H * pairs.a.col(i)).normalized();
-  const double p_a = pairs.pixels_a[i], p_b = pairs.pixels_b[i];
-  return (pairs.b.col(i) - moved).squaredNorm() / (1 / (p_a * p_a) + 1 / (p_b * p_b));
+// Squared pixels of both that a squared radian between b and H a is.
+double squared_pixels(const RayPair& pair) {
+  const double p_a = pair.pixels_a, p_b = pair.pixels_b;
+  return 1 / (1 / (p_a * p_a) + 1 / (p_b * p_b));
 }
 
-// Calls take(i, weight) with Cauchy's weights at H, or equal ones in the first round.
+// Calls take(i, weight) with the weights of a squared radian, in the first round without a loss,
+// then with Cauchy's at H.
 template <class Take>
 void weighted(const Matrix3d& H, bool first, const RayPairs& pairs,
               std::span<const std::int32_t> which, double scale, Take&& take) {
   for (const std::int32_t i : which) {
-    take(i, first ? 1 : 1 / (1 + squared_error(H, pairs, i) / (scale * scale)));
+    const RayPair pair = pairs.pair(i);
+    const double robust = first ? 1 : 1 / (1 + squared_error(H, pair) / (scale * scale));
+    take(i, robust * squared_pixels(pair));
   }
 }
 
 }  // namespace
+
+double squared_error(const Matrix3d& H, const RayPair& pair) {
+  return (pair.b - (H * pair.a).normalized()).squaredNorm() * squared_pixels(pair);
+}
 
 Matrix3d pure_rotation(const RayPairs& pairs, std::span<const std::int32_t> which, double scale) {
   Matrix3d R = Matrix3d::Identity();
@@ -39,9 +46,7 @@ Matrix3d pure_rotation(const RayPairs& pairs, std::span<const std::int32_t> whic
     weighted(R, round == 0, pairs, which, scale, [&](std::int32_t i, double weight) {
       sum += weight * pairs.b.col(i) * pairs.a.col(i).transpose();
     });
-    const Eigen::JacobiSVD<Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
-    R = svd.matrixU() * Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+    R = so3::nearest(sum);
   }
   return R;
 }
@@ -74,7 +79,9 @@ Matrix3d homography(const RayPairs& pairs, std::span<const std::int32_t> which, 
 std::int64_t explained(const Matrix3d& H, const RayPairs& pairs,
                        std::span<const std::int32_t> which, double pixels) {
   std::int64_t count = 0;
-  for (const std::int32_t i : which) count += squared_error(H, pairs, i) < pixels * pixels ? 1 : 0;
+  for (const std::int32_t i : which) {
+    count += squared_error(H, pairs.pair(i)) < pixels * pixels ? 1 : 0;
+  }
   return count;
 }
 

@@ -20,6 +20,9 @@ Eigen::Matrix3d pure_rotation(const RayPairs& pairs, std::span<const std::int32_
 Eigen::Matrix3d homography(const RayPairs& pairs, std::span<const std::int32_t> which,
                            double scale);
 
+/// Squared distance of b from H a, in the pixels of both.
+double squared_error(const Eigen::Matrix3d& H, const RayPair& pair);
+
 /// How many of `which` are within so many pixels of H a.
 std::int64_t explained(const Eigen::Matrix3d& H, const RayPairs& pairs,
                        std::span<const std::int32_t> which, double pixels);

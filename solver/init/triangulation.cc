@@ -61,7 +61,7 @@ std::int64_t count(const std::vector<std::uint8_t>& used) {
 // What most rays agree with, of the points that pairs of them make.
 std::vector<std::uint8_t> agreement(const std::vector<WorldRay>& rays, double threshold) {
   constexpr std::size_t compared = 12;
-  const std::size_t stride = std::max<std::size_t>(1, rays.size() / compared);
+  const std::size_t stride = (rays.size() + compared - 1) / compared;
   std::vector<std::uint8_t> best(rays.size(), 0);
   for (std::size_t i = 0; i < rays.size(); i += stride) {
     for (std::size_t j = i + stride; j < rays.size(); j += stride) {

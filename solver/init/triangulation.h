@@ -25,7 +25,7 @@ struct Triangulated {
 };
 
 /// The point with the least sum of squared angles to rays, in front of all that are used; where not
-/// all agree, to as many as agree with what the two of best parallax say. Empty where fewer than
+/// all agree, to those that agree with the point of two of them which most agree with. Empty where fewer than
 /// two are left, or without the parallax.
 std::optional<Triangulated> triangulated(const std::vector<WorldRay>& rays,
                                          const TriangulationOptions& options);

@@ -2,6 +2,7 @@
 
 #include <raybundle/linalg/block_layout.h>
 
+#include <atomic>
 #include <mutex>
 #include <optional>
 
@@ -19,7 +20,9 @@ std::optional<ViewEdge> edge_of(const Sightings& sightings, const ImagePair& pai
   return ViewEdge{.i = pair.i,
                   .j = pair.j,
                   .pose = view->pose,
+                  .alone = view->pose,
                   .kind = view->kind,
+                  .other_R = view->other_R,
                   .common = pair.common,
                   .inliers = static_cast<std::int64_t>(view->inliers.size()),
                   .parallax = view->parallax};
@@ -29,18 +32,20 @@ std::optional<ViewEdge> edge_of(const Sightings& sightings, const ImagePair& pai
 
 ViewGraph view_graph(const Sightings& sightings, std::span<const ImagePair> pairs,
                      const RelativePoseOptions& options, std::uint64_t seed,
-                     linalg::ThreadPool& pool, const PairProgress& progress) {
+                     linalg::ThreadPool& pool, const Progress& progress) {
   const auto count = static_cast<std::int64_t>(pairs.size());
   std::vector<std::optional<ViewEdge>> edges(pairs.size());
   std::mutex mutex;
   std::int64_t done = 0;
+  std::atomic<bool> stopped = false;
   pool.run(count, [&](std::int64_t k) {
+    if (stopped) return;
     edges[linalg::index(k)] = edge_of(sightings, pairs[linalg::index(k)], options, seed);
     if (!progress) return;
     const std::lock_guard lock(mutex);
-    progress(++done, count);
+    if (progress("pairs", ++done, count) == Control::stop) stopped = true;
   });
-  ViewGraph graph = {sightings.images(), {}};
+  ViewGraph graph = {sightings.images(), {}, stopped};
   for (const auto& edge : edges) {
     if (edge) graph.edges.push_back(*edge);
   }

@@ -1,11 +1,12 @@
 #pragma once
 
+#include <raybundle/solver/init/conclusion.h>
 #include <raybundle/solver/init/image_pairs.h>
 #include <raybundle/solver/init/relative_pose.h>
 #include <raybundle/solver/init/sightings.h>
 
 #include <cstdint>
-#include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,9 +16,11 @@ namespace raybundle::init {
 struct ViewEdge {
   std::int32_t i = 0, j = 0;
   RelativePose pose;
+  RelativePose alone;  ///< as the pair tells it by itself; `pose` may have averaged rotations
   PairKind kind = PairKind::general;
+  std::optional<Eigen::Matrix3d> other_R;  ///< TwoView::other_R
   std::int64_t common = 0;   ///< points that both saw
-  std::int64_t inliers = 0;  ///< of these, points that fit the pose
+  std::int64_t inliers = 0;  ///< of these, points that fit an epipolar geometry
   double parallax = 0;       ///< median of the inliers, radians
 };
 
@@ -25,15 +28,13 @@ struct ViewEdge {
 struct ViewGraph {
   std::int64_t images = 0;
   std::vector<ViewEdge> edges;  ///< ascending by i, then j
+  bool stopped = false;         ///< progress said so: pairs are missing
 };
-
-/// Is told how many of all pairs are done: never twice at a time, from any thread.
-using PairProgress = std::function<void(std::int64_t done, std::int64_t all)>;
 
 /// The relative poses of these pairs; those that have none are left out. Every pair has random
 /// numbers of its own from the seed, so that threads do not change the result.
 ViewGraph view_graph(const Sightings& sightings, std::span<const ImagePair> pairs,
                      const RelativePoseOptions& options, std::uint64_t seed,
-                     linalg::ThreadPool& pool, const PairProgress& progress = {});
+                     linalg::ThreadPool& pool, const Progress& progress = {});
 
 }  // namespace raybundle::init

@@ -3,6 +3,7 @@
 #include <raybundle/solver/init/five_point.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <numeric>
 #include <vector>
@@ -41,6 +42,7 @@ TEST(FivePoint, EveryMatrixFitsThePairsAndIsEssential) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     const test::TwoImages images = test::two_images({.seed = seed, .points = 5});
     const EssentialMatrices found = essential_matrices(images.pairs.a, images.pairs.b);
+    EXPECT_FALSE(found.all().empty());
     for (const Matrix3d& E : found.all()) {
       const Matrix3d EEt = E * E.transpose();
       EXPECT_NEAR(E.squaredNorm(), 2, 1e-9);
@@ -70,6 +72,13 @@ TEST(Epipolar, OneOfFourPosesIsTheTrueOneAndFacesThePoints) {
     EXPECT_LT((pose.t - images.pose.t).norm(), 1e-9);
     EXPECT_EQ(sides(pose, images.pairs, all, 1).behind, 0);
   }
+}
+
+TEST(Epipolar, WhatIsNoNumberFitsNothing) {
+  const test::TwoImages images = test::two_images({.points = 3});
+  const Matrix3d none = Matrix3d::Constant(std::nan(""));
+  EXPECT_FALSE(squared_epipolar_error(none, images.pairs, 0) < 1e300);
+  EXPECT_EQ(squared_epipolar_error(Matrix3d::Zero(), images.pairs, 0), 0);
 }
 
 // A ray moved out of the epipolar plane by some pixels is that far off, whichever it is.

@@ -3,6 +3,7 @@
 #include <raybundle/solver/init/incremental.h>
 
 #include <algorithm>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -42,6 +43,37 @@ TEST(Incremental, HasTheSameBitsForAnyNumberOfThreads) {
   static_cast<void>(reconstruct_incrementally(two, {.threads = 2}));
   EXPECT_EQ(one.cameras, two.cameras);
   EXPECT_EQ(one.points, two.points);
+}
+
+TEST(Incremental, SaysSoWhereThereIsNoPairToBeginWith) {
+  Problem problem = scenes::street_scene({.cameras = 2, .points = 10}).truth;
+  const Problem before = problem;
+  const IncrementalReport report = reconstruct_incrementally(problem, {});
+  EXPECT_EQ(report.conclusion.ending, Ending::no_pose);
+  EXPECT_EQ(report.bundle_adjustments, 0);
+  EXPECT_EQ(problem.cameras, before.cameras);
+}
+
+// Where no pair makes points of enough parallax every seed is given up, and nothing stays behind.
+TEST(Incremental, GivesUpSeedsWithoutParallax) {
+  Problem problem = scenes::street_scene({.cameras = 8, .points = 400}).truth;
+  const Problem before = problem;
+  const IncrementalReport report =
+      reconstruct_incrementally(problem, {.triangulation = {.min_parallax = 3}});
+  EXPECT_EQ(report.conclusion.ending, Ending::no_pose);
+  EXPECT_EQ(report.placed_images, 0);
+  EXPECT_EQ(problem.cameras, before.cameras);
+  EXPECT_EQ(problem.points, before.points);
+}
+
+TEST(Incremental, StopsWhereItIsTold) {
+  Problem problem = scenes::street_scene({.cameras = 8, .points = 400}).truth;
+  const auto stop = [](const char* stage, std::int64_t, std::int64_t) {
+    return std::string(stage) == "images" ? Control::stop : Control::proceed;
+  };
+  const IncrementalReport report = reconstruct_incrementally(problem, {}, stop);
+  EXPECT_EQ(report.conclusion.ending, Ending::interrupted);
+  EXPECT_EQ(report.placed_images, 2);
 }
 
 }  // namespace

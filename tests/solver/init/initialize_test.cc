@@ -87,10 +87,82 @@ TEST(Initialize, KeepsTheLargestPartAndSaysWhatBecameOfTheRest) {
   EXPECT_EQ(placed_part(cut, report).problem.camera_count(), report.placed_images);
 }
 
-TEST(Initialize, RefusesWhatNoTwoImagesTell) {
-  const scenes::Scene scene = scenes::street_scene({.cameras = 2, .points = 10});
-  Problem problem = scene.truth;
+TEST(Initialize, SaysSoWhereNoTwoImagesHaveAPose) {
+  Problem problem = scenes::street_scene({.cameras = 2, .points = 10}).truth;
+  const Problem before = problem;
+  const InitializeReport report = initialize(problem, {});
+  EXPECT_EQ(report.conclusion.ending, Ending::no_pose);
+  EXPECT_NE(report.conclusion.message.find("at least 15"), std::string::npos);
+  EXPECT_EQ(problem.cameras, before.cameras);
+  EXPECT_EQ(placed_part(problem, report).problem.camera_count(), 0);
+}
+
+// Turning about one place has rotations, and no positions.
+TEST(Initialize, KeepsTheRotationsOfAPanorama) {
+  scenes::Scene scene = scenes::sphere_scene({.cameras = 6, .points = 300, .region = 0.2});
+  const auto R_cw = camera_rotations(scene.truth);
+  const std::vector<double> centres = camera_centres(scene.truth);
+  const Eigen::Vector3d centre(centres[0], centres[1], centres[2]);
+  for (std::size_t i = 0; i < R_cw.size(); ++i) {
+    Eigen::Map<Eigen::Vector3d>(scene.truth.cameras.data() + 9 * i + 3) = -R_cw[i] * centre;
+  }
+  scene.truth = test::seen_exactly(scene.truth);
+  Problem problem = forgotten(add_noise(scene, {.pixel_noise = 0.3}).problem);
+  const InitializeReport report = initialize(problem, {});
+  EXPECT_EQ(report.conclusion.ending, Ending::no_parallax);
+  EXPECT_EQ(report.rotation_edges, report.edges);
+  EXPECT_EQ(std::count(report.images.begin(), report.images.end(), Placement::unmeasured), 6);
+  EXPECT_LT(report.rotations.after.largest, 0.01);
+  EXPECT_EQ(std::count(report.rotations.known.begin(), report.rotations.known.end(), 1), 6);
+}
+
+TEST(Initialize, RefusesWhatIsFixedAndCountsWhatIsRepeated) {
+  Problem problem = scenes::street_scene({.cameras = 8, .points = 300}).truth;
+  problem.fixed_points.assign(300, 0);
+  problem.fixed_points[7] = 1;
   EXPECT_THROW(initialize(problem, {}), InputError);
+  problem.fixed_points.clear();
+  problem.fixed_camera_parameters.assign(8, 0b111000000);  // lenses: they stay anyway
+  problem.observation_camera.push_back(problem.observation_camera[5]);
+  problem.observation_point.push_back(problem.observation_point[5]);
+  problem.observations.insert(problem.observations.end(), {1, 1});
+  const InitializeReport report = initialize(problem, {});
+  EXPECT_EQ(report.conclusion.ending, Ending::placed);
+  EXPECT_EQ(report.repeated_observations, 1);
+  EXPECT_EQ(report.impossible_observations, 0);
+  EXPECT_EQ(report.observations.back(), 0);
+}
+
+TEST(Initialize, StopsWhereItIsTold) {
+  const scenes::Scene scene = scenes::street_scene({.cameras = 10, .points = 500});
+  for (const std::string at : {"pairs", "rotations", "positions"}) {
+    Problem problem = forgotten(scene.truth);
+    const auto stop_there = [&](const char* stage, std::int64_t, std::int64_t) {
+      return stage == at ? Control::stop : Control::proceed;
+    };
+    const InitializeReport report = initialize(problem, {}, stop_there);
+    EXPECT_EQ(report.conclusion.ending, Ending::interrupted) << at;
+    EXPECT_NE(report.conclusion.message.find(at), std::string::npos);
+    EXPECT_EQ(report.placed_images, at == "positions" ? 10 : 0) << at;
+  }
+}
+
+TEST(Initialize, PlacesTwoImagesAndAFlatScene) {
+  scenes::Scene two = scenes::sphere_scene({.cameras = 2, .points = 200, .region = 0.5});
+  Problem pair = forgotten(add_noise(two, {.pixel_noise = 0.5}).problem);
+  EXPECT_EQ(initialize(pair, {}).placed_images, 2);
+
+  scenes::Scene flat = scenes::aerial_scene({.cameras = 20, .points = 800, .height = 2});
+  for (std::size_t p = 2; p < flat.truth.points.size(); p += 3) flat.truth.points[p] = 0;
+  flat.truth = test::seen_exactly(flat.truth);
+  const Problem seen = add_noise(flat, {.pixel_noise = 0.5}).problem;
+  Problem problem = forgotten(seen), best = seen;
+  const InitializeReport report = initialize(problem, {});
+  EXPECT_GT(report.planar_edges, report.edges / 2);
+  ASSERT_EQ(report.placed_images, 20);
+  const Options options = {.lens = Lens::fixed};
+  const double least = solve(best, options).final_cost;
+  EXPECT_LT(solve(problem, options).final_cost, 1.01 * least);
 }
 
 }  // namespace

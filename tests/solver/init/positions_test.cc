@@ -16,37 +16,10 @@
 #include <raybundle/models/scenes/street.h>
 #include <raybundle/solver/init/positions_nonlinear.h>
 #include <raybundle/solver/init/view_graph.h>
+#include <raybundle/tests/solver/init/true_graph.h>
 
 namespace raybundle::init {
 namespace {
-
-std::vector<Eigen::Matrix3d> rotations_of(const Problem& problem) {
-  std::vector<Eigen::Matrix3d> result;
-  result.reserve(static_cast<std::size_t>(problem.camera_count()));
-  for (std::int64_t i = 0; i < problem.camera_count(); ++i) {
-    const double* camera = problem.cameras.data() + Problem::camera_size * i;
-    result.push_back(so3::exp(Eigen::Vector3d(camera[0], camera[1], camera[2])));
-  }
-  return result;
-}
-
-// Edges between images with points in common, as the true poses have them.
-ViewGraph true_graph(const Problem& truth, const Sightings& sightings, linalg::ThreadPool& pool) {
-  const auto R_cw = rotations_of(truth);
-  ViewGraph graph = {truth.camera_count(), {}};
-  for (const ImagePair& pair : image_pairs(sightings, {.min_common = 8}, pool)) {
-    const auto i = static_cast<std::size_t>(pair.i), j = static_cast<std::size_t>(pair.j);
-    const auto t = [&](std::size_t k) {
-      return Eigen::Map<const Eigen::Vector3d>(truth.cameras.data() + 9 * k + 3);
-    };
-    ViewEdge edge;
-    edge.i = pair.i, edge.j = pair.j;
-    edge.pose.R = R_cw[j] * R_cw[i].transpose();
-    edge.pose.t = (t(j) - edge.pose.R * t(i)).normalized();
-    graph.edges.push_back(edge);
-  }
-  return graph;
-}
 
 struct Errors {
   double linear = 0, registered = 0;  // of the centres after alignment
@@ -56,11 +29,11 @@ struct Errors {
 Errors position_errors(const Problem& truth, const Problem& seen, Loss loss) {
   linalg::ThreadPool pool(2);
   const Sightings sightings(seen, pool);
-  const auto R_cw = rotations_of(truth);
+  const auto R_cw = camera_rotations(truth);
   const std::vector<std::uint8_t> known(R_cw.size(), 1);
-  const ViewGraph graph = true_graph(truth, sightings, pool);
+  const ViewGraph graph = test::true_graph(truth, sightings, pool);
   const auto found = features(sightings, graph, R_cw, known, 10, pool);
-  const LinearPositions linear = linear_positions(sightings, found, R_cw, known, 0, {}, pool);
+  const LinearPositions linear = linear_positions(sightings, found.all, R_cw, known, 0, {}, pool);
   for (const std::uint8_t each : linear.known) EXPECT_EQ(each, 1);
 
   Problem problem = seen;

@@ -61,7 +61,9 @@ TEST(P3p, HasTheTruePoseAmongItsOwn) {
 TEST(P3p, EveryPoseSeesThePointsAlongTheRays) {
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     const Image image = image_of(seed, 3, 0, 0);
-    for (const CameraPose& pose : poses_of_three(image.seen.X, image.seen.rays)) {
+    const auto poses = poses_of_three(image.seen.X, image.seen.rays);
+    EXPECT_FALSE(poses.empty()) << seed;
+    for (const CameraPose& pose : poses) {
       EXPECT_NEAR(pose.R_cw.determinant(), 1, 1e-9);
       for (int k = 0; k < 3; ++k) {
         const Vector3d X_c = pose.R_cw * image.seen.X.col(k) + pose.t_cw;
