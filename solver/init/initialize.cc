@@ -6,6 +6,7 @@
 #include <raybundle/models/statistics.h>
 #include <raybundle/solver/init/edge_translations.h>
 #include <raybundle/solver/init/features.h>
+#include <raybundle/solver/init/point_agreement.h>
 #include <raybundle/solver/init/sightings.h>
 #include <raybundle/solver/phase_timer.h>
 
@@ -215,6 +216,9 @@ class Initialization {
       return stopped ? Control::stop : Control::proceed;
     });
     part.write_back(problem_);
+    report_.moved_points =
+        move_to_agreement(*sightings_, placed_images(report_), report_.points,
+                          options_.relative_pose.threshold, problem_, pool_);
     if (stopped) return interrupted_at("positions");
     if (report_.positions.usable()) return true;
     return end(Ending::not_computable, "positions: " + report_.positions.message);

@@ -61,6 +61,7 @@ struct InitializeReport {
   std::vector<ViewEdge> edges_found;  ///< as measured; rotations.angle and .pruned are of these
   std::int64_t pruned = 0;            ///< edges that disagreed
   std::int64_t features = 0;
+  std::int64_t moved_points = 0;  ///< in the end, to where their sightings agree better
   AveragedRotations rotations;
   LinearPositions linear;
   Summary positions;

@@ -58,21 +58,28 @@ std::int64_t count(const std::vector<std::uint8_t>& used) {
   return std::count(used.begin(), used.end(), 1);
 }
 
-// What most rays agree with, of the points that pairs of them make.
-std::vector<std::uint8_t> agreement(const std::vector<WorldRay>& rays, double threshold) {
+// Calls visit(X) for the points that pairs of rays make, of long lists for some of them.
+template <class Visit>
+void for_pairs(const std::vector<WorldRay>& rays, Visit&& visit) {
   constexpr std::size_t compared = 12;
   const std::size_t stride = (rays.size() + compared - 1) / compared;
-  std::vector<std::uint8_t> best(rays.size(), 0);
+  std::vector<std::uint8_t> pair(rays.size(), 0);
   for (std::size_t i = 0; i < rays.size(); i += stride) {
     for (std::size_t j = i + stride; j < rays.size(); j += stride) {
-      std::vector<std::uint8_t> pair(rays.size(), 0);
       pair[i] = pair[j] = 1;
-      const auto X = nearest_point(rays, pair);
-      if (!X) continue;
-      std::vector<std::uint8_t> agree = within(rays, *X, threshold);
-      if (count(agree) > count(best)) best = std::move(agree);
+      if (const auto X = nearest_point(rays, pair)) visit(*X);
+      pair[i] = pair[j] = 0;
     }
   }
+}
+
+// What most rays agree with, of the points that pairs of them make.
+std::vector<std::uint8_t> agreement(const std::vector<WorldRay>& rays, double threshold) {
+  std::vector<std::uint8_t> best(rays.size(), 0);
+  for_pairs(rays, [&](const Vector3d& X) {
+    std::vector<std::uint8_t> agree = within(rays, X, threshold);
+    if (count(agree) > count(best)) best = std::move(agree);
+  });
   return best;
 }
 
@@ -81,6 +88,28 @@ std::vector<std::uint8_t> agreement(const std::vector<WorldRay>& rays, double th
 double pixels_off(const WorldRay& ray, const Vector3d& X) {
   const Vector3d to = X - ray.centre;
   return ray.pixels * std::atan2(ray.direction.cross(to).norm(), ray.direction.dot(to));
+}
+
+Vector3d best_agreed(const std::vector<WorldRay>& rays, const Vector3d& start, double scale) {
+  const bool all_near = std::all_of(rays.begin(), rays.end(), [&](const WorldRay& ray) {
+    return pixels_off(ray, start) < 2 * scale;
+  });
+  if (all_near) return start;
+  const auto cost = [&](const Vector3d& X) {
+    double sum = 0;
+    for (const WorldRay& ray : rays) {
+      const double error = pixels_off(ray, X) / scale;
+      sum += std::log1p(error * error);
+    }
+    return sum;
+  };
+  Vector3d best = start;
+  double least = cost(start);
+  for_pairs(rays, [&](const Vector3d& X) {
+    const double there = cost(X);
+    if (there < least) least = there, best = X;
+  });
+  return best;
 }
 
 std::optional<Triangulated> triangulated(const std::vector<WorldRay>& rays,

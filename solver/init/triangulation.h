@@ -30,6 +30,11 @@ struct Triangulated {
 std::optional<Triangulated> triangulated(const std::vector<WorldRay>& rays,
                                          const TriangulationOptions& options);
 
+/// Of `start` and the points that pairs of these rays make that with which they agree best: the
+/// least sum of log(1 + (pixels_off / scale)^2). Where all are within two scales of it, it is start.
+Eigen::Vector3d best_agreed(const std::vector<WorldRay>& rays, const Eigen::Vector3d& start,
+                            double scale);
+
 /// The angle between a ray and the direction of X, in pixels; large behind.
 double pixels_off(const WorldRay& ray, const Eigen::Vector3d& X);
 
