@@ -83,7 +83,11 @@ void add_positions(const init::InitializeReport& r, Table& table) {
                        r.positions.final_cost, r.positions.iterations.size() - 1));
   if (r.disagreeing_observations > 0) {
     table.add("", count_text(r.disagreeing_observations, "observation") +
-                      " without a say: they agree with no other image");
+                      " without a say: they disagree with the rest of their points");
+  }
+  if (r.moved_points > 0) {
+    table.add("", count_text(r.moved_points, "point") +
+                      " moved in the end to where more of their observations agree");
   }
 }
 
@@ -152,7 +156,8 @@ Json positions_json(const init::InitializeReport& r) {
           {"termination", solved ? Json(name(r.positions.termination)) : Json()},
           {"iterations", solved ? Json(r.positions.iterations.size() - 1) : Json()},
           {"initial_cost", solved ? Json(r.positions.initial_cost) : Json()},
-          {"final_cost", solved ? Json(r.positions.final_cost) : Json()}};
+          {"final_cost", solved ? Json(r.positions.final_cost) : Json()},
+          {"moved_points", r.moved_points}};
 }
 
 Json global_json(const InitRecord& record) {
@@ -225,21 +230,20 @@ std::string init_report(const InitRecord& record) {
 }
 
 std::string init_json(const InitRecord& record) {
-  Json json = {{"schema", 1},
-               {"version", version},
-               {"build", build_description},
-               {"problem",
-                {{"source", record.source},
-                 {"cameras", record.cameras},
-                 {"points", record.points},
-                 {"observations", record.observations}}},
-               {"pipeline", record.global ? "global" : "incremental"},
-               {"seed", record.seed},
-               {"threads", record.threads},
-               {"ending", name(conclusion(record).ending)},
-               {"message", conclusion(record).message.empty()
-                               ? Json()
-                               : Json(conclusion(record).message)}};
+  Json json = {
+      {"schema", 1},
+      {"version", version},
+      {"build", build_description},
+      {"problem",
+       {{"source", record.source},
+        {"cameras", record.cameras},
+        {"points", record.points},
+        {"observations", record.observations}}},
+      {"pipeline", record.global ? "global" : "incremental"},
+      {"seed", record.seed},
+      {"threads", record.threads},
+      {"ending", name(conclusion(record).ending)},
+      {"message", conclusion(record).message.empty() ? Json() : Json(conclusion(record).message)}};
   json.update(record.global ? global_json(record) : incremental_json(record));
   return json.dump(2) + "\n";
 }

@@ -45,7 +45,7 @@ std::string init_report(const InitRecord& record);
 ///     parallax and angle off the rotations in degrees, null where not known, pruned}
 ///   rotations{from, iterations, angles{}}, angles as in rotations_report.h
 ///   positions{features, rays, rays_behind, rounds, admm_steps, converged, termination, iterations,
-///     initial_cost, final_cost}, the last four null where it did not come to the positions
+///     initial_cost, final_cost, null where it did not come to the positions, and moved_points}
 ///   seconds{} by stage, read, total
 std::string init_json(const InitRecord& record);
 

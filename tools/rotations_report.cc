@@ -57,7 +57,9 @@ std::string angles_text(const init::AngleStatistics& angles) {
 std::string rotations_report(const RotationsRecord& record) {
   const init::AveragedRotations& found = record.found;
   Table table;
-  table.add("pairs", record.source + ": " + count_text(static_cast<std::int64_t>(record.edges.size()), "pair") + " of " +
+  table.add("pairs", record.source + ": " +
+                         count_text(static_cast<std::int64_t>(record.edges.size()), "pair") +
+                         " of " +
                          count_text(static_cast<std::int64_t>(record.image.size()), "image"));
   table.add("along a tree", angles_text(found.tree.value_or(init::AngleStatistics{})));
   table.add("chordal", angles_text(found.chordal.value_or(init::AngleStatistics{})));

@@ -64,8 +64,7 @@ ViewEdge anew(const Sightings& sightings, ViewEdge edge, const Matrix3d& R_ji,
       sides(edge.pose, pairs, inliers, least_parallax).front) {
     edge.pose = back;
   }
-  const bool told =
-      edge.inliers >= options.min_inliers && has_parallax(edge.pose, pairs, inliers);
+  const bool told = edge.inliers >= options.min_inliers && has_parallax(edge.pose, pairs, inliers);
   if (!told) edge.pose.t.setZero();
   if (edge.alone.t.isZero(0)) edge.alone = edge.pose;
   return edge;

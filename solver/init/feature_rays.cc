@@ -37,7 +37,8 @@ Matrix3d information(const FeatureRay& ray, const Feature& feature, std::int32_t
   return pixels * pixels * J.transpose() * across * J;
 }
 
-// Whether no direction has less than a squared pixel: A - I is positive definite [Sylvester].
+// Whether no direction has less than a squared pixel: A - I is positive definite, by the signs
+// of its leading minors.
 bool is_told(const Matrix3d& A) {
   const Matrix3d B = A - Matrix3d::Identity();
   return B(0, 0) > 0 && B(0, 0) * B(1, 1) > B(0, 1) * B(1, 0) && B.determinant() > 0;
@@ -114,7 +115,8 @@ using Pair = std::pair<std::int32_t, std::int32_t>;
 
 // Pairs of anchors, those of most features first; features of which the rays differ from parallel
 // ones by less than two pixels do not count.
-std::vector<Pair> anchor_pairs(std::span<const Feature> features, std::span<const FeatureRay> rays) {
+std::vector<Pair> anchor_pairs(std::span<const Feature> features,
+                               std::span<const FeatureRay> rays) {
   constexpr double least_parallax = 2;
   std::map<Pair, std::int64_t> found;
   for (const FeatureRay& ray : rays) {
@@ -157,9 +159,9 @@ std::vector<std::uint8_t> determined_images(std::int64_t images, std::span<const
   std::vector<std::vector<std::uint8_t>> tried;
   std::int64_t most = 0;
   for (const auto& [a, b] : anchor_pairs(features, rays)) {
-    const bool is_inside = std::any_of(tried.begin(), tried.end(), [&, a = a, b = b](const auto& set) {
-      return set[index(a)] != 0 && set[index(b)] != 0;
-    });
+    const bool is_inside = std::any_of(
+        tried.begin(), tried.end(),
+        [&, a = a, b = b](const auto& set) { return set[index(a)] != 0 && set[index(b)] != 0; });
     if (is_inside) continue;
     tried.push_back(growth.grown_from(a, b));
     const auto size = std::count(tried.back().begin(), tried.back().end(), 1);

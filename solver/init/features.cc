@@ -80,11 +80,7 @@ class Chooser {
  public:
   Chooser(const Sightings& sightings, const ViewGraph& graph, const std::vector<Matrix3d>& R_cw,
           std::span<const std::uint8_t> known, double threshold)
-      : sightings_(sightings),
-        edges_(graph),
-        R_cw_(R_cw),
-        known_(known),
-        threshold_(threshold) {}
+      : sightings_(sightings), edges_(graph), R_cw_(R_cw), known_(known), threshold_(threshold) {}
 
   // Marks the sightings that agree with no other.
   std::optional<Feature> choose(std::int32_t point, std::vector<std::uint8_t>& disagreeing) const {

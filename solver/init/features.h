@@ -22,7 +22,9 @@ struct Feature {
   double sin_theta = 0;                  ///< of the parallax angle
   Eigen::Matrix3d G;
 
-  double scale() const { return G.col(0).norm(); }  ///< |N| of the main anchor's ray, over |P_a - P_m|
+  double scale() const {
+    return G.col(0).norm();
+  }  ///< |N| of the main anchor's ray, over |P_a - P_m|
   /// The coefficients of the positions of main, associate and observing image in N.
   Eigen::Matrix3d of_main() const { return -G + sin_theta * Eigen::Matrix3d::Identity(); }
   const Eigen::Matrix3d& of_associate() const { return G; }
@@ -30,7 +32,7 @@ struct Feature {
 };
 
 struct Features {
-  std::vector<Feature> all;                ///< ascending by point
+  std::vector<Feature> all;               ///< ascending by point
   std::vector<std::uint8_t> disagreeing;  ///< of a sighting: 1, of those that it could agree with
                                           ///< it does with half the share of others or less
 };
@@ -42,9 +44,8 @@ struct Features {
 /// sightings do not disagree with the rest of the track. Of long tracks 32 observers, evenly
 /// spaced, are compared.
 Features features(const Sightings& sightings, const ViewGraph& graph,
-                              const std::vector<Eigen::Matrix3d>& R_cw,
-                              std::span<const std::uint8_t> known, double threshold,
-                              linalg::ThreadPool& pool);
+                  const std::vector<Eigen::Matrix3d>& R_cw, std::span<const std::uint8_t> known,
+                  double threshold, linalg::ThreadPool& pool);
 
 /// The ray of a sighting in the world.
 Eigen::Vector3d world_ray(const Sightings& sightings, const std::vector<Eigen::Matrix3d>& R_cw,

@@ -85,8 +85,8 @@ std::vector<ImagePair> image_pairs(const Sightings& sightings, const PairOptions
     Found& mine = found[linalg::index(piece)];
     for (std::int64_t k = pieces.begin(piece); k < pieces.end(piece); ++k) {
       const auto i = static_cast<std::int32_t>(k);
-      const Found of_i = wanted_by(i, pairs_of(sightings, i, options.min_common, common),
-                                   options.most_per_image);
+      const Found of_i =
+          wanted_by(i, pairs_of(sightings, i, options.min_common, common), options.most_per_image);
       mine.wanted.insert(mine.wanted.end(), of_i.wanted.begin(), of_i.wanted.end());
       mine.others.insert(mine.others.end(), of_i.others.begin(), of_i.others.end());
     }

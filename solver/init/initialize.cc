@@ -56,9 +56,7 @@ class Initialization {
   Control say(const char* stage, std::int64_t done = 0, std::int64_t all = 0) const {
     return progress_ ? progress_(stage, done, all) : Control::proceed;
   }
-  bool begin(const char* stage) {
-    return say(stage) == Control::proceed || interrupted_at(stage);
-  }
+  bool begin(const char* stage) { return say(stage) == Control::proceed || interrupted_at(stage); }
   bool interrupted_at(const char* stage) {
     return end(Ending::interrupted, std::string("interrupted at: ") + stage);
   }
@@ -105,16 +103,16 @@ class Initialization {
       const auto weight = static_cast<double>(edge.inliers);
       edges.push_back({edge.i, edge.j, edge.pose.R, weight, edge.other_R});
     }
-    report_.rotations =
-        options_.rotation_source == RotationSource::problem
-            ? given_rotations(camera_rotations(problem_), edges, options_.rotations)
-            : average_rotations(graph_.images, edges, options_.rotations, pool_);
+    report_.rotations = options_.rotation_source == RotationSource::problem
+                            ? given_rotations(camera_rotations(problem_), edges, options_.rotations)
+                            : average_rotations(graph_.images, edges, options_.rotations, pool_);
     const std::vector<std::uint8_t>& pruned = report_.rotations.pruned;
     report_.pruned = std::count(pruned.begin(), pruned.end(), 1);
     classify_images();
     if (report_.pruned < report_.edges) return true;
-    return end(Ending::disagreement, "every pair disagrees with the rotations; expected some within " +
-                                         std::to_string(options_.rotations.prune) + " degrees");
+    return end(Ending::disagreement,
+               "every pair disagrees with the rotations; expected some within " +
+                   std::to_string(options_.rotations.prune) + " degrees");
   }
 
   bool measure_translations() {
@@ -147,8 +145,9 @@ class Initialization {
       return end(Ending::not_computable, "the linear system of positions has no solution");
     }
     if (report_.placed_images < 2) {
-      return end(Ending::no_parallax, "no two images with parallax between them; expected points "
-                                      "that two images see along different directions");
+      return end(Ending::no_parallax,
+                 "no two images with parallax between them; expected points "
+                 "that two images see along different directions");
     }
     write_poses();
     return true;
@@ -166,11 +165,11 @@ class Initialization {
     const std::vector<std::uint8_t>& positioned = report_.linear.known;
     for (std::int32_t i = 0; i < graph_.images; ++i) {
       const std::size_t at = index(i);
-      report_.images[at] = linked[at] == 0                              ? Placement::unlinked
-                           : !parts.in_largest(i)                       ? Placement::apart
-                           : report_.rotations.known[at] == 0           ? Placement::disagreeing
+      report_.images[at] = linked[at] == 0                             ? Placement::unlinked
+                           : !parts.in_largest(i)                      ? Placement::apart
+                           : report_.rotations.known[at] == 0          ? Placement::disagreeing
                            : positioned.empty() || positioned[at] == 0 ? Placement::unmeasured
-                                                                        : Placement::placed;
+                                                                       : Placement::placed;
     }
   }
 
@@ -216,9 +215,8 @@ class Initialization {
       return stopped ? Control::stop : Control::proceed;
     });
     part.write_back(problem_);
-    report_.moved_points =
-        move_to_agreement(*sightings_, placed_images(report_), report_.points,
-                          options_.relative_pose.threshold, problem_, pool_);
+    report_.moved_points = move_to_agreement(*sightings_, placed_images(report_), report_.points,
+                                             options_.relative_pose.threshold, problem_, pool_);
     if (stopped) return interrupted_at("positions");
     if (report_.positions.usable()) return true;
     return end(Ending::not_computable, "positions: " + report_.positions.message);

@@ -14,7 +14,7 @@
 
 namespace raybundle::init {
 
-/// Where rotations come from: relative rotations of pairs, averaged, or the problem's cameras, whose
+/// Where rotations come from: relative ones of pairs, averaged, or the problem's cameras, whose
 /// rotations then stay.
 enum class RotationSource { pairs, problem };
 const char* name(RotationSource value);
@@ -52,11 +52,11 @@ struct InitializeReport {
   std::vector<std::uint8_t> points;        ///< 1: placed
   std::vector<std::uint8_t> observations;  ///< 1: used
   std::int64_t placed_images = 0, placed_points = 0;
-  std::int64_t repeated_observations = 0;    ///< not used: of a point that the image has already
-  std::int64_t impossible_observations = 0;  ///< not used: their lens cannot have made them
+  std::int64_t repeated_observations = 0;     ///< not used: of a point that the image has already
+  std::int64_t impossible_observations = 0;   ///< not used: their lens cannot have made them
   std::int64_t disagreeing_observations = 0;  ///< without a say in the positions: they agree with
                                               ///< no other image on a point that others agree on
-  std::int64_t pairs = 0;                                        ///< of images, tried
+  std::int64_t pairs = 0;                     ///< of images, tried
   std::int64_t edges = 0, rotation_edges = 0, planar_edges = 0;  ///< pairs with a relative pose
   std::vector<ViewEdge> edges_found;  ///< as measured; rotations.angle and .pruned are of these
   std::int64_t pruned = 0;            ///< edges that disagreed

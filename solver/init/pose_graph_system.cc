@@ -35,7 +35,8 @@ template <int size>
 PoseGraphSystem<size>::PoseGraphSystem(std::int64_t images, std::vector<Couple> couples,
                                        linalg::ThreadPool& pool)
     : cholesky_(linalg::Cholesky::make(
-          linalg::plan_cholesky(pattern_of(images, size, std::move(couples)), pool.threads()), pool)) {}
+          linalg::plan_cholesky(pattern_of(images, size, std::move(couples)), pool.threads()),
+          pool)) {}
 
 template <int size>
 void PoseGraphSystem<size>::set_zero() {

@@ -31,8 +31,8 @@ class PositionProgramme {
   /// that it breaks are looked after, and then those that the minimum with these breaks.
   Steps constrain(Eigen::VectorXd& x, int most_steps);
 
-  /// Gives w the values of Cauchy's loss of the angles between v and N at x, scale in pixels, with a
-  /// mean of 1; rays of little weight have no inequality any more. The lengths of N stay in:
+  /// Gives w the weights of Cauchy's loss of the angles between v and N at x, scale in pixels, and
+  /// a mean of 1; rays of little weight have no inequality any more. The lengths of N stay in:
   /// divided by them, rays would ask for ever less where positions collapse.
   void reweight(const Eigen::VectorXd& x, double scale);
 

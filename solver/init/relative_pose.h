@@ -30,9 +30,9 @@ struct TwoView {
   RelativePose pose;
   PairKind kind = PairKind::general;
   std::optional<Eigen::Matrix3d> other_R;  ///< that may be the right one as well
-  std::vector<std::int32_t> inliers;  ///< pairs, ascending
-  double parallax = 0;                ///< median angle between the rays of inliers, radians
-  int iterations = 0;                 ///< of RANSAC
+  std::vector<std::int32_t> inliers;       ///< pairs, ascending
+  double parallax = 0;                     ///< median angle between the rays of inliers, radians
+  int iterations = 0;                      ///< of RANSAC
 };
 
 /// From five-point samples [Nister04] in RANSAC, refined on the inliers. Empty where there are too

@@ -25,13 +25,13 @@ struct Triangulated {
 };
 
 /// The point with the least sum of squared angles to rays, in front of all that are used; where not
-/// all agree, to those that agree with the point of two of them which most agree with. Empty where fewer than
-/// two are left, or without the parallax.
+/// all agree, to those that agree with the point of two of them which most agree with. Empty where
+/// fewer than two are left, or without the parallax.
 std::optional<Triangulated> triangulated(const std::vector<WorldRay>& rays,
                                          const TriangulationOptions& options);
 
 /// Of `start` and the points that pairs of these rays make that with which they agree best: the
-/// least sum of log(1 + (pixels_off / scale)^2). Where all are within two scales of it, it is start.
+/// least sum of log(1 + (pixels_off / scale)^2). `start` itself where all are within two scales.
 Eigen::Vector3d best_agreed(const std::vector<WorldRay>& rays, const Eigen::Vector3d& start,
                             double scale);
 

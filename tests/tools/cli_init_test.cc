@@ -111,7 +111,8 @@ TEST_F(Init, SendsTheReportElsewhereWhenStandardOutputIsTaken) {
 TEST_F(Init, RefusesWhatMakesNoSense) {
   expect_refused({"init", input_, "--pipeline", "both"}, 2, "none of global, incremental");
   expect_refused({"init", input_, "--threshold", "0"}, 2, "--threshold: '0' is not a number from");
-  expect_refused({"init", input_, "--min-common", "5"}, 2, "--min-common: '5' is not a whole number from 6");
+  expect_refused({"init", input_, "--min-common", "5"}, 2,
+                 "--min-common: '5' is not a whole number from 6");
   expect_refused({"init", input_, "--threads", "-1"}, 2, "--threads");
   expect_refused({"init", input_, "--rotations", "mine"}, 2, "none of pairs, problem");
   expect_refused({"init", input_, "--pipeline", "incremental", "--rotations", "problem"}, 2,
@@ -126,7 +127,7 @@ TEST_F(Init, RefusesWhatMakesNoSense) {
 }
 
 constexpr const char* quarter = "0 -1 0 1 0 0 0 0 1";  // about z
-constexpr const char* other = "1 0 0 0 0 -1 0 1 0";     // about x
+constexpr const char* other = "1 0 0 0 0 -1 0 1 0";    // about x
 
 using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
@@ -142,8 +143,7 @@ std::map<int, RowMajor> read_rotations(const std::string& file) {
 
 // A line "i j R t" says that R_i = R R_j: of turns about different axes no other order will do.
 TEST_F(Init, ReadsRelativeRotationsAsTheFormatHasThem) {
-  write_text(path("EGs.txt"),
-             std::string("3 5 ") + quarter + " 0 0 1\n5 9 " + other + " 0 0 1\n");
+  write_text(path("EGs.txt"), std::string("3 5 ") + quarter + " 0 0 1\n5 9 " + other + " 0 0 1\n");
   const Result result = run({"rotations", path("EGs.txt"), "-o", path("R.txt")});
   ASSERT_EQ(result.code, 0) << result.errors;
   const auto R = read_rotations(path("R.txt"));

@@ -51,6 +51,21 @@ TEST(Initialize, ReachesTheCostOfTheTruth) {
   }
 }
 
+TEST(Initialize, ReachesTheCostOfTheTruthAmongWrongMatches) {
+  for (const Kind& kind : kinds()) {
+    const Problem seen = add_noise(kind.scene, {.outlier_share = 0.05}).problem;
+    Problem found = forgotten(seen);
+    const InitializeReport report = initialize(found, {});
+    ASSERT_EQ(report.placed_images, found.camera_count()) << kind.name;
+    EXPECT_GT(report.disagreeing_observations, seen.observation_count() / 50) << kind.name;
+    EXPECT_LT(report.disagreeing_observations, seen.observation_count() / 10) << kind.name;
+    Problem best = seen;
+    const Options options = {.lens = Lens::fixed, .loss = Loss::cauchy, .loss_scale = 2.0};
+    const double least = solve(best, options).final_cost;
+    EXPECT_LT(solve(found, options).final_cost, 1.02 * least) << kind.name;
+  }
+}
+
 TEST(Initialize, HasTheSameBitsForAnyNumberOfThreads) {
   const scenes::Scene scene = scenes::street_scene({.cameras = 12, .points = 400});
   Problem one = forgotten(add_noise(scene, {}).problem), two = one;

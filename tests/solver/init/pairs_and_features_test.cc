@@ -24,7 +24,8 @@ namespace {
 Problem two_groups(std::int32_t images, std::int32_t within, std::int32_t across) {
   Problem problem;
   problem.cameras.assign(static_cast<std::size_t>(9 * images), 0);
-  for (std::int32_t i = 0; i < images; ++i) problem.cameras[static_cast<std::size_t>(9 * i + 6)] = 500;
+  for (std::int32_t i = 0; i < images; ++i)
+    problem.cameras[static_cast<std::size_t>(9 * i + 6)] = 500;
   const auto see = [&](std::int32_t image, std::int32_t point) {
     problem.observation_camera.push_back(image);
     problem.observation_point.push_back(point);

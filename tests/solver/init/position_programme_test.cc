@@ -98,7 +98,8 @@ TEST(PositionProgramme, EndsWhereNothingThatIsAllowedIsBetter) {
   MatrixXd normals(3 * images - 3, static_cast<Eigen::Index>(active.size()) + 1);
   normals.col(0) = A.colwise().sum().tail(3 * images - 3).transpose();
   for (std::size_t i = 0; i < active.size(); ++i) {
-    normals.col(static_cast<Eigen::Index>(i) + 1) = A.row(active[i]).tail(3 * images - 3).transpose();
+    normals.col(static_cast<Eigen::Index>(i) + 1) =
+        A.row(active[i]).tail(3 * images - 3).transpose();
   }
   const VectorXd gradient = (H * x).tail(3 * images - 3);
   const VectorXd multipliers = normals.colPivHouseholderQr().solve(gradient);

@@ -133,6 +133,18 @@ TEST(Triangulation, LeavesOutRaysThatDisagree) {
   }
 }
 
+// From where a wrong ray alone agrees to where all others do; what is good already stays.
+TEST(Triangulation, GoesToWhereMostRaysAgree) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Vector3d X(1, 2, 8);
+    auto rays = rays_to(X, 5, seed, 0.5);
+    EXPECT_EQ(best_agreed(rays, X, 4), X);
+    rays[0].direction = Vector3d(0.3, -0.2, 0.9).normalized();
+    const Vector3d astray = rays[0].centre + 5 * rays[0].direction;
+    EXPECT_LT((best_agreed(rays, astray, 4) - X).norm(), 0.1) << seed;
+  }
+}
+
 TEST(Triangulation, RefusesWhatHasNoParallaxOrIsBehind) {
   EXPECT_FALSE(triangulated(rays_to(Vector3d(0, 0, 1e5), 4, 1, 0), {}));
   auto behind = rays_to(Vector3d(0, 0, 8), 4, 1, 0);

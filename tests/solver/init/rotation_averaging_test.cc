@@ -100,7 +100,7 @@ TEST(RotationAveraging, AveragesAnotherComponentWhereTheLargestFallsApart) {
   linalg::ThreadPool pool(1);
   const Matrix3d I = Matrix3d::Identity(), quarter = so3::exp(Eigen::Vector3d(0, 0, 1.5708));
   const Matrix3d half = so3::exp(Eigen::Vector3d(0.5, 0, 0));
-  std::vector<RelativeRotation> edges = {{0, 1, I, 1}, {1, 2, I, 1}, {0, 2, quarter, 1},
+  std::vector<RelativeRotation> edges = {{0, 1, I, 1},    {1, 2, I, 1},    {0, 2, quarter, 1},
                                          {3, 4, half, 1}, {4, 5, half, 1}, {3, 5, half * half, 1}};
   const AveragedRotations found = average_rotations(6, edges, {}, pool);
   EXPECT_EQ(found.pruned, (std::vector<std::uint8_t>{1, 1, 1, 0, 0, 0}));
