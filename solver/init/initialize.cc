@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <sstream>
 
 namespace raybundle::init {
 namespace {
@@ -101,7 +102,7 @@ class Initialization {
     edges.reserve(graph_.edges.size());
     for (const ViewEdge& edge : graph_.edges) {
       const auto weight = static_cast<double>(edge.inliers);
-      edges.push_back({edge.i, edge.j, edge.pose.R, weight, edge.other_R});
+      edges.push_back({edge.i, edge.j, edge.pose.R, weight, edge.R_other});
     }
     report_.rotations = options_.rotation_source == RotationSource::problem
                             ? given_rotations(camera_rotations(problem_), edges, options_.rotations)
@@ -110,9 +111,10 @@ class Initialization {
     report_.pruned = std::count(pruned.begin(), pruned.end(), 1);
     classify_images();
     if (report_.pruned < report_.edges) return true;
-    return end(Ending::disagreement,
-               "every pair disagrees with the rotations; expected some within " +
-                   std::to_string(options_.rotations.prune) + " degrees");
+    std::ostringstream message;
+    message << "every pair disagrees with the rotations; expected some within "
+            << options_.rotations.prune << " degrees";
+    return end(Ending::disagreement, message.str());
   }
 
   bool measure_translations() {

@@ -133,7 +133,7 @@ void recognise_degeneracy(TwoView& view, const RayPairs& pairs, const RelativePo
   const auto rival = rival_of_best(poses);
   if (rival == poses.end()) return;
   view.pose.t.setZero();
-  view.other_R = rival->pose.R;
+  view.R_other = rival->pose.R;
 }
 
 }  // namespace

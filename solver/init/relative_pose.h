@@ -29,7 +29,7 @@ const char* name(PairKind value);
 struct TwoView {
   RelativePose pose;
   PairKind kind = PairKind::general;
-  std::optional<Eigen::Matrix3d> other_R;  ///< that may be the right one as well
+  std::optional<Eigen::Matrix3d> R_other;  ///< that may be the right one as well
   std::vector<std::int32_t> inliers;       ///< pairs, ascending
   double parallax = 0;                     ///< median angle between the rays of inliers, radians
   int iterations = 0;                      ///< of RANSAC

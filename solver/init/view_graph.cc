@@ -22,7 +22,7 @@ std::optional<ViewEdge> edge_of(const Sightings& sightings, const ImagePair& pai
                   .pose = view->pose,
                   .alone = view->pose,
                   .kind = view->kind,
-                  .other_R = view->other_R,
+                  .R_other = view->R_other,
                   .common = pair.common,
                   .inliers = static_cast<std::int64_t>(view->inliers.size()),
                   .parallax = view->parallax};

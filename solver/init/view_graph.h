@@ -18,7 +18,7 @@ struct ViewEdge {
   RelativePose pose;
   RelativePose alone;  ///< as the pair tells it by itself; `pose` may have averaged rotations
   PairKind kind = PairKind::general;
-  std::optional<Eigen::Matrix3d> other_R;  ///< TwoView::other_R
+  std::optional<Eigen::Matrix3d> R_other;  ///< TwoView::R_other
   std::int64_t common = 0;                 ///< points that both saw
   std::int64_t inliers = 0;                ///< of these, points that fit an epipolar geometry
   double parallax = 0;                     ///< median of the inliers, radians

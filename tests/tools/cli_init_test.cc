@@ -1,6 +1,7 @@
 // raybundle init and rotations: what they write, and what they refuse.
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <sstream>
 #include <string>
@@ -87,6 +88,23 @@ TEST_F(Init, KeepsGivenRotationsAndFindsPositions) {
     }
   }
   EXPECT_LT(compare_with_truth(start, scene_.truth).camera_rmse, 0.1) << "steps";
+}
+
+TEST_F(Init, SaysWhatWasFoundWhereNothingCanBePlaced) {
+  Problem given = io::read_bal(input_);
+  for (std::size_t i = 0; i < given.cameras.size(); i += 9) {
+    given.cameras[i] = 0.1 * static_cast<double>(i);
+  }
+  io::write_bal(given, path("turned.txt"));
+  expect_refused({"init", path("turned.txt"), "--rotations", "problem", "-o", path("start.txt"),
+                  "--log", path("log.json")},
+                 3, "within 6 degrees");
+  const json log = json::parse(read_text(path("log.json")));
+  EXPECT_EQ(log["ending"], "disagreement");
+  EXPECT_EQ(log["placed"]["cameras"], 0);
+  EXPECT_EQ(log["edges"].size(), log["pairs"]["edges"]);
+  EXPECT_TRUE(log["positions"]["final_cost"].is_null());
+  EXPECT_FALSE(std::filesystem::exists(path("start.txt")));
 }
 
 TEST_F(Init, GoesImageByImageWhenAsked) {

@@ -84,14 +84,14 @@ TEST(RelativePose, PlanesAreRecognisedAndNotMistaken) {
     ASSERT_TRUE(view);
     EXPECT_EQ(view->kind, PairKind::planar) << seed;
     if (view->pose.t.isZero(0)) {
-      ASSERT_TRUE(view->other_R) << seed;
+      ASSERT_TRUE(view->R_other) << seed;
       EXPECT_LT(std::min(test::angle_between(view->pose.R, images.pose.R),
-                         test::angle_between(*view->other_R, images.pose.R)),
+                         test::angle_between(*view->R_other, images.pose.R)),
                 0.02)
           << seed;
       continue;
     }
-    EXPECT_FALSE(view->other_R);
+    EXPECT_FALSE(view->R_other);
     ++told;
     EXPECT_LT(test::angle_between(view->pose.R, images.pose.R), 0.02) << seed;
     EXPECT_LT((view->pose.t - images.pose.t).norm(), 0.05) << seed;
