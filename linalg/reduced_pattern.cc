@@ -53,20 +53,33 @@ void require_pattern_memory(const BlockLayout& layout, Side eliminated, ThreadPo
                  "the reduced matrix of " + std::to_string(layout.block_count(kept)) + " blocks");
 }
 
+// How many neighbours after themselves every `stride`-th kept block has, from the middle of each.
+double later_neighbours(const BlockLayout& layout, Side eliminated, std::int64_t stride,
+                        ThreadPool& pool) {
+  const std::int64_t count = layout.block_count(opposite(eliminated));
+  const std::int64_t sampled = (count + stride - 1 - stride / 2) / stride;
+  const Neighbours neighbours(layout, eliminated);
+  return parallel_sum(pool, sampled, 16, [&](std::int64_t first, std::int64_t last) {
+    std::vector<std::int32_t> seen(index(count), -1);
+    std::int64_t found = 0;
+    for (std::int64_t s = first; s < last; ++s) {
+      neighbours.visit_after(s * stride + stride / 2, seen, [&](std::int32_t) { ++found; });
+    }
+    return static_cast<double>(found);
+  });
+}
+
 }  // namespace
 
 std::int64_t count_reduced_blocks(const BlockLayout& layout, Side eliminated, ThreadPool& pool) {
   const std::int64_t count = layout.block_count(opposite(eliminated));
-  const Neighbours neighbours(layout, eliminated);
-  const double others = parallel_sum(pool, count, 16, [&](std::int64_t first, std::int64_t last) {
-    std::vector<std::int32_t> seen(index(count), -1);
-    std::int64_t found = 0;
-    for (std::int64_t a = first; a < last; ++a) {
-      neighbours.visit_after(a, seen, [&](std::int32_t) { ++found; });
-    }
-    return static_cast<double>(found);
-  });
-  return count + static_cast<std::int64_t>(others);
+  return count + static_cast<std::int64_t>(later_neighbours(layout, eliminated, 1, pool));
+}
+
+double sampled_reduced_blocks(const BlockLayout& layout, Side eliminated, ThreadPool& pool) {
+  constexpr std::int64_t stride = 16;
+  const auto count = static_cast<double>(layout.block_count(opposite(eliminated)));
+  return count + double{stride} * later_neighbours(layout, eliminated, stride, pool);
 }
 
 double most_reduced_blocks(const BlockLayout& layout, Side eliminated_side, ThreadPool& pool) {

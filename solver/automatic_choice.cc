@@ -31,10 +31,13 @@ bool AutomaticChoice::is_worth_a_change(InnerIterations expected, bool first) co
   return convincing * best.work_with(expected) + forecast_.planning() < without.work_with(expected);
 }
 
-// First the sparsity of the matrix, then what it takes to factorise it.
+// First about how many blocks the matrix has, then which, then what it takes to factorise it.
 void AutomaticChoice::learn() {
   try {
-    if (!plan_) {
+    if (!sampled_) {
+      forecast_.expect(linalg::sampled_reduced_blocks(layout_, linalg::Side::leaves, pool_));
+      sampled_ = true;
+    } else if (!plan_) {
       plan_.emplace();
       plan_->pattern = linalg::reduced_pattern(layout_, linalg::Side::leaves, pool_);
       forecast_.add(plan_->pattern);

@@ -38,7 +38,7 @@ class AutomaticChoice {
   LinearForecast forecast_;
   std::optional<linalg::CholeskyPlan> plan_;
   Linear chosen_ = Linear::implicit_pcg;
-  bool refused_ = false;
+  bool refused_ = false, sampled_ = false;
 };
 
 }  // namespace raybundle

@@ -58,10 +58,12 @@ InnerIterations expected_after(const StepReport& report) {
 }
 
 LinearForecast::LinearForecast(const linalg::BlockLayout& layout, double memory_limit)
-    : work_(linear_work(layout)), memory_limit_(memory_limit) {
-  const auto order = static_cast<double>(layout.size(linalg::Side::hubs));
+    : work_(linear_work(layout)),
+      order_(static_cast<double>(layout.size(linalg::Side::hubs))),
+      size_(layout.hub_size),
+      memory_limit_(memory_limit) {
   // The diagonal of the matrix is the least there is of it.
-  const double product = per_nanosecond * number_nanoseconds * order * layout.hub_size;
+  const double product = per_nanosecond * number_nanoseconds * order_ * size_;
   candidates_ = {{.linear = Linear::dense_cholesky, .work = formed(), .lower_bound = true},
                  {.linear = Linear::sparse_cholesky, .work = formed(), .lower_bound = true},
                  {.linear = Linear::explicit_pcg,
@@ -73,12 +75,24 @@ LinearForecast::LinearForecast(const linalg::BlockLayout& layout, double memory_
                   .work = work_.elimination + work_.preconditioner,
                   .inner_work = work_.product,
                   .coarse_work = work_.coarse}};
-  candidate(Linear::dense_cholesky).work += linalg::front_work(order, 0);
+  candidate(Linear::dense_cholesky).work += linalg::front_work(order_, 0);
 }
 
 LinearCandidate& LinearForecast::candidate(Linear linear) {
   return *std::find_if(candidates_.begin(), candidates_.end(),
                        [linear](const LinearCandidate& each) { return each.linear == linear; });
+}
+
+void LinearForecast::expect(double blocks) {
+  const double numbers = 0.5 * blocks * size_ * size_;
+  assembly_factor_ = assembly_factor(8 * numbers);
+  LinearCandidate& dense = candidate(Linear::dense_cholesky);
+  dense.work = formed() + linalg::front_work(order_, 0);
+  LinearCandidate& iterated = candidate(Linear::explicit_pcg);
+  iterated.work = formed();
+  iterated.inner_work = per_nanosecond * number_nanoseconds * numbers;
+  candidate(Linear::sparse_cholesky).work =
+      std::min(formed() + 0.5 * numbers * numbers / order_, dense.work);
 }
 
 void LinearForecast::add(const linalg::SymmetricPattern& pattern) {

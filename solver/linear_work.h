@@ -34,6 +34,8 @@ class LinearForecast {
   /// From now on so many bytes.
   void leave(double memory_limit);
 
+  /// Raises bounds by what a sample says of the number of blocks: half of it is believed.
+  void expect(double blocks);
   /// Takes the sparsity of the matrix into account, which leaves the sparse factorisation with a
   /// bound, and then its analysis; and what there is of memory.
   void add(const linalg::SymmetricPattern& pattern);
@@ -55,6 +57,7 @@ class LinearForecast {
   void see_what_fits();
 
   LinearWork work_;
+  double order_, size_;         // of the reduced matrix and of its blocks
   double assembly_factor_ = 1;  // at least; for a matrix beyond the caches
   double memory_limit_;
   std::vector<LinearCandidate> candidates_;

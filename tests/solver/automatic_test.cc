@@ -118,6 +118,34 @@ TEST(LinearWork, GrowsWithRowsAndWithPairs) {
   EXPECT_DOUBLE_EQ(ten.coarse, 5 * two.coarse);
 }
 
+// A sample raises the bounds, and what is known then does not fall below them.
+TEST(LinearForecast, BoundsOfASampleLieBetween) {
+  for (const std::int64_t cameras : {40, 400}) {
+    const Problem problem = street(cameras, 20 * cameras);
+    linalg::ThreadPool pool(2), one(1);
+    const linalg::BlockLayout layout =
+        linalg::make_layout({2, 9, 3}, problem.camera_count(), problem.point_count(),
+                            problem.observation_point, problem.observation_camera);
+    LinearForecast forecast(layout, 1e17);
+    const std::vector<LinearCandidate> before = forecast.candidates();
+    const double sampled = linalg::sampled_reduced_blocks(layout, linalg::Side::leaves, pool);
+    EXPECT_EQ(sampled, linalg::sampled_reduced_blocks(layout, linalg::Side::leaves, one));
+    const auto counted =
+        static_cast<double>(linalg::count_reduced_blocks(layout, linalg::Side::leaves, pool));
+    EXPECT_NEAR(sampled, counted, 0.3 * counted);
+    forecast.expect(sampled);
+    const std::vector<LinearCandidate> bounds = forecast.candidates();
+    forecast.add(linalg::reduced_pattern(layout, linalg::Side::leaves, pool));
+    for (std::size_t k = 0; k < bounds.size(); ++k) {
+      EXPECT_EQ(bounds[k].lower_bound, before[k].lower_bound);
+      for (const int inner : {0, 1, 100}) {
+        EXPECT_GE(bounds[k].work_with({inner}), before[k].work_with({inner}));
+        EXPECT_GE(forecast.candidates()[k].work_with({inner}), bounds[k].work_with({inner}));
+      }
+    }
+  }
+}
+
 TEST(LinearForecast, BoundsHoldAndWhatDoesNotFitIsLeft) {
   const linalg::BlockLayout layout = same_observers(10);
   linalg::ThreadPool pool(1);

@@ -93,7 +93,7 @@ TEST_F(Init, KeepsGivenRotationsAndFindsPositions) {
 TEST_F(Init, SaysWhatWasFoundWhereNothingCanBePlaced) {
   Problem given = io::read_bal(input_);
   for (std::size_t i = 0; i < given.cameras.size(); i += 9) {
-    given.cameras[i] = 0.1 * static_cast<double>(i);
+    given.cameras[i] = 0.05 * static_cast<double>(i);
   }
   io::write_bal(given, path("turned.txt"));
   expect_refused({"init", path("turned.txt"), "--rotations", "problem", "-o", path("start.txt"),
