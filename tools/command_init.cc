@@ -115,6 +115,7 @@ init::Restriction place(const Arguments& arguments, Problem& problem, InitRecord
     }
     init::InitializeOptions options = arguments.options;
     options.linear.scale = options.relative_pose.threshold;
+    options.resection.threshold = 2 * options.relative_pose.threshold;
     record.global = init::initialize(problem, options, progress);
     return init::placed_part(problem, *record.global);
   });

@@ -18,6 +18,8 @@ std::string reason(Placement placement) {
   switch (placement) {
     case Placement::placed:
       return "placed";
+    case Placement::resected:
+      return "placed by what they see of the points of the others";
     case Placement::unlinked:
       return "no pair with enough points in common that fit one pose";
     case Placement::apart:
@@ -32,6 +34,10 @@ std::string reason(Placement placement) {
 
 void add_left_out(const InitRecord& record, Table& table) {
   const auto& images = record.global->images;
+  const std::int64_t resected = record.global->resected_images;
+  if (resected > 0) {
+    table.add("of these", count_text(resected, "camera") + ": " + reason(Placement::resected));
+  }
   for (const Placement each :
        {Placement::unlinked, Placement::apart, Placement::disagreeing, Placement::unmeasured}) {
     const auto count = std::count(images.begin(), images.end(), each);

@@ -130,27 +130,6 @@ class Reconstruction {
 
   bool placed(std::int32_t image) const { return report_.images[index(image)] != 0; }
 
-  Vector3d place_of(std::int32_t point) const {
-    return Eigen::Map<const Vector3d>(problem_.points.data() + std::int64_t{3} * point);
-  }
-
-  SeenPoints seen_by(std::int32_t image) const {
-    std::vector<std::int32_t> of_known;
-    for (const std::int32_t s : sightings_.of_image(image)) {
-      if (report_.points[index(sightings_.point(s))] != 0) of_known.push_back(s);
-    }
-    const auto count = static_cast<Eigen::Index>(of_known.size());
-    SeenPoints seen = {Eigen::Matrix3Xd(3, count), Eigen::Matrix3Xd(3, count),
-                       Eigen::VectorXd(count)};
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const std::int32_t s = of_known[index(k)];
-      seen.X.col(k) = place_of(sightings_.point(s));
-      seen.rays.col(k) = sightings_.ray(s);
-      seen.pixels[k] = sightings_.pixels(s);
-    }
-    return seen;
-  }
-
   // The images not tried in vain that see most known points, best first.
   std::vector<std::int32_t> next_batch() const {
     std::vector<std::pair<std::int64_t, std::int32_t>> by_count;
@@ -182,7 +161,7 @@ class Reconstruction {
       std::vector<std::optional<Resection>> found(batch.size());
       std::vector<std::int64_t> tried_with(batch.size());
       pool_.run(static_cast<std::int64_t>(batch.size()), [&](std::int64_t k) {
-        const SeenPoints seen = seen_by(batch[index(k)]);
+        const SeenPoints seen = seen_points(sightings_, batch[index(k)], report_.points, problem_);
         tried_with[index(k)] = seen.size();
         Random random(options_.seed, static_cast<std::uint64_t>(batch[index(k)]));
         found[index(k)] = resection(seen, options_.resection, random);

@@ -25,7 +25,9 @@ using linalg::index;
 std::vector<std::uint8_t> placed_images(const InitializeReport& report) {
   std::vector<std::uint8_t> result;
   result.reserve(report.images.size());
-  for (const Placement each : report.images) result.push_back(each == Placement::placed ? 1 : 0);
+  for (const Placement each : report.images) {
+    result.push_back(each == Placement::placed || each == Placement::resected ? 1 : 0);
+  }
   return result;
 }
 
@@ -44,6 +46,7 @@ class Initialization {
       const PhaseTimer timer(report_.seconds.total);
       static_cast<void>(see() && find_relative_poses() && average() && measure_translations() &&
                         find_features() && place_images() && register_placed());
+      resect_rest();
     }
     report_.edges_found = std::move(graph_.edges);
     return std::move(report_);
@@ -179,12 +182,16 @@ class Initialization {
     const double scale = unit_scale();
     for (std::int64_t i = 0; i < sightings_->images(); ++i) {
       if (report_.images[index(i)] != Placement::placed) continue;
-      double* camera = problem_.cameras.data() + Problem::camera_size * i;
       const Matrix3d& R = report_.rotations.R_cw[index(i)];
-      Eigen::Map<Vector3d> rotation(camera), translation(camera + 3);
-      rotation = so3::log(R);
-      translation = -(R * report_.linear.P[index(i)]) * scale;
+      write_pose(i, {R, -(R * report_.linear.P[index(i)]) * scale});
     }
+  }
+
+  void write_pose(std::int64_t image, const CameraPose& pose) {
+    double* camera = problem_.cameras.data() + Problem::camera_size * image;
+    Eigen::Map<Vector3d> rotation(camera), translation(camera + 3);
+    rotation = so3::log(pose.R_cw);
+    translation = pose.t_cw;
   }
 
   // So that the median distance between images of an edge with a translation is 1.
@@ -222,6 +229,42 @@ class Initialization {
     if (stopped) return interrupted_at("positions");
     if (report_.positions.usable()) return true;
     return end(Ending::not_computable, "positions: " + report_.positions.message);
+  }
+
+  // Images that could not be placed with the others: a few points that these agree on will do.
+  void resect_rest() {
+    if (report_.placed_images == 0) return;
+    const PhaseTimer timer(report_.seconds.positions);
+    const std::vector<std::uint8_t> told = points_of_two();
+    std::vector<std::optional<Resection>> found(report_.images.size());
+    pool_.run(sightings_->images(), [&](std::int64_t i) {
+      if (report_.images[index(i)] == Placement::placed) return;
+      Random random(options_.seed, static_cast<std::uint64_t>(i));
+      const auto image = static_cast<std::int32_t>(i);
+      found[index(i)] =
+          resection(seen_points(*sightings_, image, told, problem_), options_.resection, random);
+    });
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      if (!found[i]) continue;
+      write_pose(static_cast<std::int64_t>(i), found[i]->pose);
+      report_.images[i] = Placement::resected;
+      ++report_.resected_images, ++report_.placed_images;
+    }
+  }
+
+  // Points that two placed images see.
+  std::vector<std::uint8_t> points_of_two() const {
+    const std::vector<std::uint8_t> placed = placed_images(report_);
+    std::vector<std::uint8_t> result(report_.points.size(), 0);
+    for (std::int64_t p = 0; p < sightings_->points(); ++p) {
+      const Sightings::Range track = sightings_->of_point(p);
+      int seen = 0;
+      for (std::int64_t s = track.first; s < track.last; ++s) {
+        seen += placed[index(sightings_->image(s))];
+      }
+      result[index(p)] = seen >= 2 ? 1 : 0;
+    }
+    return result;
   }
 
   // What is placed but for observations that disagree, where a point keeps two or more.
@@ -266,6 +309,8 @@ const char* name(Placement value) {
   switch (value) {
     case Placement::placed:
       return "placed";
+    case Placement::resected:
+      return "resected";
     case Placement::unlinked:
       return "unlinked";
     case Placement::apart:

@@ -5,6 +5,7 @@
 #include <raybundle/solver/init/positions_linear.h>
 #include <raybundle/solver/init/positions_nonlinear.h>
 #include <raybundle/solver/init/relative_pose.h>
+#include <raybundle/solver/init/resection.h>
 #include <raybundle/solver/init/restriction.h>
 #include <raybundle/solver/init/rotation_averaging.h>
 #include <raybundle/solver/init/view_graph.h>
@@ -26,6 +27,7 @@ struct InitializeOptions {
   RotationOptions rotations = {};
   LinearPositionOptions linear = {};
   PositionOptions positions = {};
+  ResectionOptions resection = {};
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: all cores
 };
@@ -33,6 +35,7 @@ struct InitializeOptions {
 /// What became of an image.
 enum class Placement {
   placed,
+  resected,     ///< placed in the end, by what it sees of points that others told
   unlinked,     ///< too few points in common with any other, or no pose that fits them
   apart,        ///< not in the largest component of what is linked
   disagreeing,  ///< every edge to the rest disagrees with the rotations of the rest
@@ -65,6 +68,7 @@ struct InitializeReport {
   AveragedRotations rotations;
   LinearPositions linear;
   Summary positions;
+  std::int64_t resected_images = 0;  ///< of those placed
   InitializeTimes seconds;
 };
 

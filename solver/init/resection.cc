@@ -1,5 +1,6 @@
 #include <raybundle/solver/init/resection.h>
 
+#include <raybundle/linalg/block_layout.h>
 #include <raybundle/models/rotation.h>
 #include <raybundle/solver/init/small_descent.h>
 
@@ -7,7 +8,6 @@
 #include <Eigen/Geometry>
 
 #include <cmath>
-#include <span>
 
 namespace raybundle::init {
 namespace {
@@ -103,6 +103,25 @@ class PoseEstimator {
 };
 
 }  // namespace
+
+SeenPoints seen_points(const Sightings& sightings, std::int32_t image,
+                       std::span<const std::uint8_t> points, const Problem& problem) {
+  std::vector<std::int32_t> of_marked;
+  for (const std::int32_t s : sightings.of_image(image)) {
+    if (points[linalg::index(sightings.point(s))] != 0) of_marked.push_back(s);
+  }
+  const auto count = static_cast<Eigen::Index>(of_marked.size());
+  SeenPoints seen = {Eigen::Matrix3Xd(3, count), Eigen::Matrix3Xd(3, count),
+                     Eigen::VectorXd(count)};
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const std::int32_t s = of_marked[linalg::index(k)];
+    const auto point = std::ptrdiff_t{Problem::point_size} * sightings.point(s);
+    seen.X.col(k) = Eigen::Map<const Vector3d>(problem.points.data() + point);
+    seen.rays.col(k) = sightings.ray(s);
+    seen.pixels[k] = sightings.pixels(s);
+  }
+  return seen;
+}
 
 std::optional<Resection> resection(const SeenPoints& seen, const ResectionOptions& options,
                                    Random& random) {

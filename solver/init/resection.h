@@ -3,11 +3,13 @@
 #include <raybundle/models/random.h>
 #include <raybundle/solver/init/p3p.h>
 #include <raybundle/solver/init/ransac.h>
+#include <raybundle/solver/init/sightings.h>
 
 #include <Eigen/Core>
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace raybundle::init {
@@ -20,6 +22,10 @@ struct SeenPoints {
 
   std::int64_t size() const { return X.cols(); }
 };
+
+/// What an image saw of the points that are marked, where the problem has them.
+SeenPoints seen_points(const Sightings& sightings, std::int32_t image,
+                       std::span<const std::uint8_t> points, const Problem& problem);
 
 struct ResectionOptions {
   double threshold = 8;           ///< pixels: the largest error of an inlier

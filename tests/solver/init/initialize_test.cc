@@ -102,6 +102,29 @@ TEST(Initialize, KeepsTheLargestPartAndSaysWhatBecameOfTheRest) {
   EXPECT_EQ(placed_part(cut, report).problem.camera_count(), report.placed_images);
 }
 
+// An image with fewer points than a pair needs is put where it sees them.
+TEST(Initialize, ResectsImagesThatNoPairPlaces) {
+  const scenes::Scene scene = scenes::sphere_scene({.cameras = 10, .points = 400, .region = 0.5});
+  const Problem seen = add_noise(scene, {.pixel_noise = 0.5}).problem;
+  Problem thin = seen;
+  thin.observation_camera.clear(), thin.observation_point.clear(), thin.observations.clear();
+  int left = 15;
+  for (std::size_t k = 0; k < seen.observation_camera.size(); ++k) {
+    if (seen.observation_camera[k] == 4 && left-- <= 0) continue;
+    thin.observation_camera.push_back(seen.observation_camera[k]);
+    thin.observation_point.push_back(seen.observation_point[k]);
+    thin.observations.insert(thin.observations.end(),
+                             {seen.observations[2 * k], seen.observations[2 * k + 1]});
+  }
+  Problem problem = forgotten(thin);
+  const InitializeReport report = initialize(problem, {});
+  EXPECT_EQ(report.images[4], Placement::resected);
+  EXPECT_EQ(report.resected_images, 1);
+  EXPECT_EQ(report.placed_images, 10);
+  EXPECT_LT(compare_with_truth(problem, scene.truth).rotation_mean, 0.5) << "degrees";
+  EXPECT_EQ(placed_part(problem, report).problem.camera_count(), 10);
+}
+
 TEST(Initialize, SaysSoWhereNoTwoImagesHaveAPose) {
   Problem problem = scenes::street_scene({.cameras = 2, .points = 10}).truth;
   const Problem before = problem;
