@@ -10,7 +10,7 @@ struct PositionOptions {
   Loss loss = Loss::cauchy;
   double loss_scale = 4;  ///< pixels
   int max_iterations = 30;
-  double function_tolerance = 1e-4;  ///< it is a start, to be solved then
+  double function_tolerance = 1e-3;  ///< it is a start, to be solved then
   int threads = 0;
 };
 
