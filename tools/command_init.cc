@@ -44,7 +44,7 @@ void check_effects(const CLI::App& parser, const Arguments& arguments) {
     if (parser.count(name) > 0) throw OptionError(name + " has no effect " + reason);
   };
   if (arguments.incremental) {
-    for (const char* name : {"--rotations", "--loss", "--loss-scale"}) {
+    for (const char* name : {"--rotations", "--prune", "--loss", "--loss-scale"}) {
       refuse(name, "with --pipeline incremental");
     }
   } else if (arguments.options.positions.loss == Loss::none) {
@@ -173,6 +173,9 @@ ExitCode run(const Arguments& arguments) {
   const std::string& message = conclusion(record).message;
   if (!message.empty()) {
     std::fprintf(stderr, "raybundle: %s: %s\n", arguments.input.c_str(), message.c_str());
+    if (!any && !arguments.output.empty()) {
+      std::fprintf(stderr, "raybundle: %s was not written\n", arguments.output.c_str());
+    }
   }
   return exit_code(record);
 }
@@ -211,7 +214,7 @@ Command add_init(CLI::App& program) {
       ->add_option_function<std::string>(
           "--seed",
           [arguments](const std::string& text) {
-            arguments->options.seed = parse_seed("--seed", text);
+            arguments->options.seed = parse_seed("seed", text);
           },
           "Of the samples: the same seed gives the same result [1]")
       ->type_name("N");

@@ -93,6 +93,11 @@ class Initialization {
     }
     if (graph_.stopped) return interrupted_at("pairs");
     if (!graph_.edges.empty()) return true;
+    if (pairs.empty()) {
+      return end(Ending::no_pose, "no two images have " +
+                                      std::to_string(options_.pairs.min_common) +
+                                      " points in common; expected at least two that do");
+    }
     return end(Ending::no_pose, "no two images with a relative pose; expected at least " +
                                     std::to_string(options_.relative_pose.min_inliers) +
                                     " points in common that fit one");
@@ -224,11 +229,15 @@ class Initialization {
       return stopped ? Control::stop : Control::proceed;
     });
     part.write_back(problem_);
-    report_.moved_points = move_to_agreement(*sightings_, placed_images(report_), report_.points,
-                                             options_.relative_pose.threshold, problem_, pool_);
+    move_points();
     if (stopped) return interrupted_at("positions");
     if (report_.positions.usable()) return true;
     return end(Ending::not_computable, "positions: " + report_.positions.message);
+  }
+
+  void move_points() {
+    report_.moved_points += move_to_agreement(*sightings_, placed_images(report_), report_.points,
+                                              options_.relative_pose.threshold, problem_, pool_);
   }
 
   // Images that could not be placed with the others: a few points that these agree on will do.
@@ -240,9 +249,11 @@ class Initialization {
     pool_.run(sightings_->images(), [&](std::int64_t i) {
       if (report_.images[index(i)] == Placement::placed) return;
       Random random(options_.seed, static_cast<std::uint64_t>(i));
-      const auto image = static_cast<std::int32_t>(i);
-      found[index(i)] =
-          resection(seen_points(*sightings_, image, told, problem_), options_.resection, random);
+      const SeenPoints seen =
+          seen_points(*sightings_, static_cast<std::int32_t>(i), told, problem_);
+      const auto one = resection(seen, options_.resection, random);
+      const auto agreeing = one ? static_cast<std::int64_t>(one->inliers.size()) : 0;
+      if (2 * agreeing > seen.size()) found[index(i)] = one;
     });
     for (std::size_t i = 0; i < found.size(); ++i) {
       if (!found[i]) continue;
@@ -250,6 +261,7 @@ class Initialization {
       report_.images[i] = Placement::resected;
       ++report_.resected_images, ++report_.placed_images;
     }
+    if (report_.resected_images > 0) move_points();  // those that one other image alone saw
   }
 
   // Points that two placed images see.

@@ -26,8 +26,8 @@ void visit_options(InitializeOptions& o, Visit&& visit) {
   visit(o.rotation_source,
         OptionInfo{"rotations", "averaged from those of pairs, or as the problem has them"});
   visit(o.rotations.prune,
-        OptionInfo{"prune", "leave out pairs that disagree with the rotations by more degrees", 0,
-                   180});
+        OptionInfo{"prune", "leave out pairs that disagree with the rotations by more degrees",
+                   1e-6, 180});
   visit(o.positions.loss, OptionInfo{"loss", "robust loss of the positions"});
   visit(o.positions.loss_scale, OptionInfo{"loss-scale", "its scale, pixels", 1e-100, 1e100});
   visit(o.threads, OptionInfo{"threads", "worker threads; 0 means all cores", 0, 1024});

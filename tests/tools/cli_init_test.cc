@@ -140,7 +140,7 @@ TEST_F(Init, RefusesWhatMakesNoSense) {
   expect_refused({"init", input_, "-o", input_}, 2, "--output");
   expect_refused({"init", input_, "-o", path("a"), "--log", path("a")}, 2, "are the same");
   expect_refused({"init", input_, "-o", folder_.path().string()}, 2, "folder");
-  expect_refused({"init", input_, "--min-common", "400"}, 3, "no two images with a relative pose");
+  expect_refused({"init", input_, "--min-common", "400"}, 3, "no two images have 400 points");
   expect_refused({"init", path("none.txt")}, 3, "none.txt");
 }
 

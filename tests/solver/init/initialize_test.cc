@@ -130,7 +130,7 @@ TEST(Initialize, SaysSoWhereNoTwoImagesHaveAPose) {
   const Problem before = problem;
   const InitializeReport report = initialize(problem, {});
   EXPECT_EQ(report.conclusion.ending, Ending::no_pose);
-  EXPECT_NE(report.conclusion.message.find("at least 15"), std::string::npos);
+  EXPECT_NE(report.conclusion.message.find("20 points"), std::string::npos);
   EXPECT_EQ(problem.cameras, before.cameras);
   EXPECT_EQ(placed_part(problem, report).problem.camera_count(), 0);
 }
