@@ -83,35 +83,31 @@ LinearCandidate& LinearForecast::candidate(Linear linear) {
                        [linear](const LinearCandidate& each) { return each.linear == linear; });
 }
 
-void LinearForecast::expect(double blocks) {
-  const double numbers = 0.5 * blocks * size_ * size_;
+void LinearForecast::expect(double blocks) { weigh(0.5 * blocks * size_ * size_); }
+
+void LinearForecast::add(const linalg::SymmetricPattern& pattern) {
+  const auto numbers = static_cast<double>(pattern.scalar_nonzeros());
+  weigh(numbers);
+  LinearCandidate& dense = candidate(Linear::dense_cholesky);
+  LinearCandidate& iterated = candidate(Linear::explicit_pcg);
+  dense.memory = linalg::DenseCholesky::memory(pattern.order());
+  iterated.memory = linalg::ExplicitSystem::memory(pattern);
+  candidate(Linear::sparse_cholesky).memory = 2 * 8 * numbers;
+  dense.lower_bound = iterated.lower_bound = false;
+  see_what_fits();
+}
+
+// Of a matrix of so many numbers. Columns of h numbers take h^2 / 2 each, in whatever order; least
+// where all are as long.
+void LinearForecast::weigh(double numbers) {
   assembly_factor_ = assembly_factor(8 * numbers);
   LinearCandidate& dense = candidate(Linear::dense_cholesky);
-  dense.work = formed() + linalg::front_work(order_, 0);
   LinearCandidate& iterated = candidate(Linear::explicit_pcg);
+  dense.work = formed() + linalg::front_work(order_, 0);
   iterated.work = formed();
   iterated.inner_work = per_nanosecond * number_nanoseconds * numbers;
   candidate(Linear::sparse_cholesky).work =
       std::min(formed() + 0.5 * numbers * numbers / order_, dense.work);
-}
-
-void LinearForecast::add(const linalg::SymmetricPattern& pattern) {
-  const auto numbers = static_cast<double>(pattern.scalar_nonzeros());
-  const auto order = static_cast<double>(pattern.order());
-  assembly_factor_ = assembly_factor(8 * numbers);
-  LinearCandidate& dense = candidate(Linear::dense_cholesky);
-  dense.memory = linalg::DenseCholesky::memory(pattern.order());
-  dense.work = formed() + linalg::front_work(order, 0);
-  LinearCandidate& iterated = candidate(Linear::explicit_pcg);
-  iterated.work = formed();
-  iterated.inner_work = per_nanosecond * number_nanoseconds * numbers;
-  iterated.memory = linalg::ExplicitSystem::memory(pattern);
-  dense.lower_bound = iterated.lower_bound = false;
-  // Columns of h numbers take h^2 / 2 each, in whatever order; least where all are as long.
-  LinearCandidate& sparse = candidate(Linear::sparse_cholesky);
-  sparse.work = std::min(formed() + 0.5 * numbers * numbers / order, dense.work);
-  sparse.memory = 2 * 8 * numbers;
-  see_what_fits();
 }
 
 void LinearForecast::add(const linalg::CholeskyPlan& plan) {

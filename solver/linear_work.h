@@ -53,6 +53,7 @@ class LinearForecast {
 
  private:
   LinearCandidate& candidate(Linear linear);
+  void weigh(double numbers);
   double formed() const { return work_.elimination + assembly_factor_ * work_.assembly; }
   void see_what_fits();
 

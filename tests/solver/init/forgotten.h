@@ -33,4 +33,19 @@ inline Problem seen_exactly(Problem problem) {
   return problem;
 }
 
+/// The observations that keep(camera, point) wants, in order.
+template <class Keep>
+Problem thinned(const Problem& problem, Keep&& keep) {
+  Problem result = problem;
+  result.observation_camera.clear(), result.observation_point.clear(), result.observations.clear();
+  for (std::size_t k = 0; k < problem.observation_camera.size(); ++k) {
+    if (!keep(problem.observation_camera[k], problem.observation_point[k])) continue;
+    result.observation_camera.push_back(problem.observation_camera[k]);
+    result.observation_point.push_back(problem.observation_point[k]);
+    result.observations.insert(result.observations.end(),
+                               {problem.observations[2 * k], problem.observations[2 * k + 1]});
+  }
+  return result;
+}
+
 }  // namespace raybundle::test

@@ -80,21 +80,14 @@ TEST(Initialize, KeepsTheLargestPartAndSaysWhatBecameOfTheRest) {
   Problem problem = forgotten(add_noise(scene, {.pixel_noise = 0.5}).problem);
   // Nothing that the last five see is seen by the others.
   std::vector<std::uint8_t> of_late(static_cast<std::size_t>(problem.point_count()), 0);
-  Problem cut = problem;
-  cut.observation_camera.clear(), cut.observation_point.clear(), cut.observations.clear();
   for (std::size_t k = 0; k < problem.observation_camera.size(); ++k) {
     if (problem.observation_camera[k] >= 15) {
       of_late[static_cast<std::size_t>(problem.observation_point[k])] = 1;
     }
   }
-  for (std::size_t k = 0; k < problem.observation_camera.size(); ++k) {
-    const bool late = problem.observation_camera[k] >= 15;
-    if (!late && of_late[static_cast<std::size_t>(problem.observation_point[k])] != 0) continue;
-    cut.observation_camera.push_back(problem.observation_camera[k]);
-    cut.observation_point.push_back(problem.observation_point[k]);
-    cut.observations.insert(cut.observations.end(),
-                            {problem.observations[2 * k], problem.observations[2 * k + 1]});
-  }
+  Problem cut = test::thinned(problem, [&](std::int32_t camera, std::int32_t point) {
+    return camera >= 15 || of_late[static_cast<std::size_t>(point)] == 0;
+  });
   const InitializeReport report = initialize(cut, {});
   for (std::size_t i = 15; i < 20; ++i) EXPECT_EQ(report.images[i], Placement::apart) << i;
   EXPECT_GE(report.placed_images, 12);
@@ -106,17 +99,9 @@ TEST(Initialize, KeepsTheLargestPartAndSaysWhatBecameOfTheRest) {
 TEST(Initialize, ResectsImagesThatNoPairPlaces) {
   const scenes::Scene scene = scenes::sphere_scene({.cameras = 10, .points = 400, .region = 0.5});
   const Problem seen = add_noise(scene, {.pixel_noise = 0.5}).problem;
-  Problem thin = seen;
-  thin.observation_camera.clear(), thin.observation_point.clear(), thin.observations.clear();
   int left = 15;
-  for (std::size_t k = 0; k < seen.observation_camera.size(); ++k) {
-    if (seen.observation_camera[k] == 4 && left-- <= 0) continue;
-    thin.observation_camera.push_back(seen.observation_camera[k]);
-    thin.observation_point.push_back(seen.observation_point[k]);
-    thin.observations.insert(thin.observations.end(),
-                             {seen.observations[2 * k], seen.observations[2 * k + 1]});
-  }
-  Problem problem = forgotten(thin);
+  Problem problem = forgotten(test::thinned(
+      seen, [&](std::int32_t camera, std::int32_t) { return camera != 4 || left-- > 0; }));
   const InitializeReport report = initialize(problem, {});
   EXPECT_EQ(report.images[4], Placement::resected);
   EXPECT_EQ(report.resected_images, 1);

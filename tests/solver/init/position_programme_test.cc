@@ -13,6 +13,7 @@
 #include <raybundle/models/scenes/noise.h>
 #include <raybundle/models/scenes/sphere.h>
 #include <raybundle/models/scenes/street.h>
+#include <raybundle/tests/solver/init/forgotten.h>
 #include <raybundle/tests/solver/init/true_graph.h>
 
 namespace raybundle::init {
@@ -131,21 +132,6 @@ std::vector<std::uint8_t> determined(const Problem& problem) {
   return determined_images(problem.camera_count(), seen.features, seen.rays);
 }
 
-// Leaves only the observations that keep(camera, point) wants.
-template <class Keep>
-Problem thinned(const Problem& problem, Keep&& keep) {
-  Problem result = problem;
-  result.observation_camera.clear(), result.observation_point.clear(), result.observations.clear();
-  for (std::size_t k = 0; k < problem.observation_camera.size(); ++k) {
-    if (!keep(problem.observation_camera[k], problem.observation_point[k])) continue;
-    result.observation_camera.push_back(problem.observation_camera[k]);
-    result.observation_point.push_back(problem.observation_point[k]);
-    result.observations.insert(result.observations.end(),
-                               {problem.observations[2 * k], problem.observations[2 * k + 1]});
-  }
-  return result;
-}
-
 TEST(DeterminedImages, AreAllOfAScene) {
   const auto street = scenes::street_scene({.cameras = 20, .points = 600}).truth;
   EXPECT_EQ(determined(street), std::vector<std::uint8_t>(20, 1));
@@ -157,7 +143,7 @@ TEST(DeterminedImages, AreAllOfAScene) {
 TEST(DeterminedImages, AreNotThoseThatCanSlide) {
   const auto sphere = scenes::sphere_scene({.cameras = 12, .points = 400, .region = 0.5}).truth;
   const auto of_last = [&](bool with_one_alone) {
-    return determined(thinned(sphere, [&](std::int32_t camera, std::int32_t point) {
+    return determined(test::thinned(sphere, [&](std::int32_t camera, std::int32_t point) {
       if (point >= 60) return camera < 11;
       return camera == 11 || (with_one_alone ? camera == 0 : camera < 3);
     }));
@@ -170,7 +156,7 @@ TEST(DeterminedImages, AreNotThoseThatCanSlide) {
 
 TEST(DeterminedImages, AreTheLargerOfTwoGroups) {
   const auto sphere = scenes::sphere_scene({.cameras = 12, .points = 400, .region = 0.5}).truth;
-  const auto found = determined(thinned(sphere, [](std::int32_t camera, std::int32_t point) {
+  const auto found = determined(test::thinned(sphere, [](std::int32_t camera, std::int32_t point) {
     return (point < 150) == (camera < 5);
   }));
   for (std::size_t i = 0; i < 12; ++i) EXPECT_EQ(found[i] != 0, i >= 5) << i;
